@@ -1,0 +1,3 @@
+//! The command `ikiru`.
+
+fn main() {}

@@ -1,0 +1,289 @@
+//! What a joint is: its place in the tree, its rest transform, and how it moves.
+
+use glam::{DQuat, DVec3};
+
+use crate::humanoid::Role;
+use crate::limit::{Cone, Range};
+
+/// A joint of one rig: its position in the list of joints, parents first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct JointId(pub(crate) u32);
+
+impl JointId {
+    /// The joint at a position in the list.
+    #[must_use]
+    pub fn from_index(idx: usize) -> Self {
+        Self(u32::try_from(idx).unwrap_or(u32::MAX))
+    }
+
+    /// The position in the list.
+    #[inline(always)]
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// The order of the three elementary rotations of an Euler joint: `Zyx` is `R = Rz · Ry · Rx`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum EulerOrder {
+    /// `Rx · Ry · Rz`
+    Xyz,
+    /// `Rx · Rz · Ry`
+    Xzy,
+    /// `Ry · Rx · Rz`
+    Yxz,
+    /// `Ry · Rz · Rx`
+    Yzx,
+    /// `Rz · Rx · Ry`
+    Zxy,
+    /// `Rz · Ry · Rx`: the paper's (equation 5)
+    #[default]
+    Zyx,
+}
+
+impl EulerOrder {
+    /// All six.
+    pub const ALL: [Self; 6] = [Self::Xyz, Self::Xzy, Self::Yxz, Self::Yzx, Self::Zxy, Self::Zyx];
+
+    /// The axes (0 = x) from left to right.
+    #[inline(always)]
+    #[must_use]
+    pub fn axes(self) -> [usize; 3] {
+        match self {
+            Self::Xyz => [0, 1, 2],
+            Self::Xzy => [0, 2, 1],
+            Self::Yxz => [1, 0, 2],
+            Self::Yzx => [1, 2, 0],
+            Self::Zxy => [2, 0, 1],
+            Self::Zyx => [2, 1, 0],
+        }
+    }
+
+    /// The rotation of three angles, given as (x, y, z) in radians.
+    #[must_use]
+    pub fn quaternion(self, angles: [f64; 3]) -> DQuat {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        self.axes()
+            .into_iter()
+            .map(|axis| DQuat::from_axis_angle(axes[axis], angles[axis]))
+            .fold(DQuat::IDENTITY, |q, turn| q * turn)
+    }
+
+    /// The angles (x, y, z) of a rotation, the middle one in `[−π/2, π/2]`. Where the middle one is ±π/2
+    /// (gimbal lock) the last is 0.
+    #[must_use]
+    pub fn angles(self, q: DQuat) -> [f64; 3] {
+        let [i, j, k] = self.axes();
+        let sign = if (j + 3 - i) % 3 == 1 { 1.0 } else { -1.0 };
+        let m = glam::DMat3::from_quat(q).to_cols_array_2d(); // m[column][row]
+        let mut angles = [0.0; 3];
+        let sin_middle = (sign * m[k][i]).clamp(-1.0, 1.0);
+        let cos_middle = m[i][i].hypot(m[j][i]);
+        angles[j] = sin_middle.atan2(cos_middle);
+        if cos_middle > 1e-9 {
+            angles[i] = (-sign * m[k][j]).atan2(m[k][k]);
+            angles[k] = (-sign * m[j][i]).atan2(m[i][i]);
+        } else {
+            angles[i] = (sign * m[j][k]).atan2(m[j][j]);
+        }
+        angles
+    }
+}
+
+/// How a joint moves on top of its rest transform, with the limits of that motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Motion {
+    /// It does not move.
+    #[default]
+    Fixed,
+    /// A rotation about a unit axis of the joint's frame.
+    Hinge {
+        /// Unit axis.
+        axis: DVec3,
+        /// Range of the angle, radians.
+        range: Range,
+    },
+    /// A translation along a unit axis of the joint's frame.
+    Slider {
+        /// Unit axis.
+        axis: DVec3,
+        /// Range of the offset, metres.
+        range: Range,
+    },
+    /// Three angles about the axes of the joint's frame.
+    Euler {
+        /// Order of the elementary rotations.
+        order: EulerOrder,
+        /// Ranges of the angles (x, y, z), radians.
+        ranges: [Range; 3],
+    },
+    /// Any rotation, as a unit quaternion.
+    Ball {
+        /// Limit of the rotation.
+        cone: Option<Cone>,
+    },
+    /// A translation, then any rotation about the moved origin: a root that floats.
+    Free {
+        /// Limit of the rotation.
+        cone: Option<Cone>,
+    },
+}
+
+impl Motion {
+    /// A ball joint without limits.
+    pub const BALL: Self = Self::Ball { cone: None };
+    /// A floating root without limits.
+    pub const FREE: Self = Self::Free { cone: None };
+
+    /// How many numbers describe it: a ball has 4 (a quaternion), a free joint 7.
+    #[must_use]
+    pub fn n_coords(&self) -> usize {
+        match self {
+            Self::Fixed => 0,
+            Self::Hinge { .. } | Self::Slider { .. } => 1,
+            Self::Euler { .. } => 3,
+            Self::Ball { .. } => 4,
+            Self::Free { .. } => 7,
+        }
+    }
+
+    /// How many directions it can move in: a ball has 3, a free joint 6.
+    #[must_use]
+    pub fn n_dofs(&self) -> usize {
+        match self {
+            Self::Fixed => 0,
+            Self::Hinge { .. } | Self::Slider { .. } => 1,
+            Self::Euler { .. } | Self::Ball { .. } => 3,
+            Self::Free { .. } => 6,
+        }
+    }
+
+    /// One lower-case word: `fixed`, `hinge`, `slider`, `euler`, `ball` or `free`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Hinge { .. } => "hinge",
+            Self::Slider { .. } => "slider",
+            Self::Euler { .. } => "euler",
+            Self::Ball { .. } => "ball",
+            Self::Free { .. } => "free",
+        }
+    }
+
+    /// The ranges of its angles or offset; none for balls.
+    #[inline(always)]
+    #[must_use]
+    pub fn ranges(&self) -> &[Range] {
+        match self {
+            Self::Hinge { range, .. } | Self::Slider { range, .. } => std::slice::from_ref(range),
+            Self::Euler { ranges, .. } => ranges,
+            _ => &[],
+        }
+    }
+
+    /// The cone that limits its rotation.
+    #[must_use]
+    pub fn cone(&self) -> Option<&Cone> {
+        match self {
+            Self::Ball { cone } | Self::Free { cone } => cone.as_ref(),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn is_scalar(&self) -> bool {
+        matches!(self, Self::Hinge { .. } | Self::Slider { .. })
+    }
+}
+
+/// A joint that follows another: its value is `multiplier · leader + offset` (URDF's mimic).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mimic {
+    /// The joint that it follows, a hinge or slider that does not follow itself.
+    pub leader: JointId,
+    /// Factor on the leader's value.
+    pub multiplier: f64,
+    /// Added, in radians or metres.
+    pub offset: f64,
+}
+
+/// A joint: a node of the tree, with the transform to its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Unique in the rig.
+    pub name: String,
+    /// Other names that it answers to (a URDF joint: its child link).
+    pub aliases: Vec<String>,
+    /// The parent, which stands earlier in the list; `None` for a root.
+    pub parent: Option<JointId>,
+    /// Rotation of `parent_from_joint` at rest, a unit quaternion.
+    pub rest_rotation: DQuat,
+    /// Translation of `parent_from_joint` at rest, metres.
+    pub rest_translation: DVec3,
+    /// How it moves.
+    pub motion: Motion,
+    /// The joint that it follows.
+    pub mimic: Option<Mimic>,
+    /// The humanoid bone that it is.
+    pub role: Option<Role>,
+}
+
+impl Joint {
+    /// A fixed joint that coincides with its parent; set the fields that differ.
+    #[must_use]
+    pub fn new(name: impl Into<String>, parent: Option<JointId>) -> Self {
+        Self {
+            name: name.into(),
+            aliases: Vec::new(),
+            parent,
+            rest_rotation: DQuat::IDENTITY,
+            rest_translation: DVec3::ZERO,
+            motion: Motion::Fixed,
+            mimic: None,
+            role: None,
+        }
+    }
+
+    /// Numbers of its own in a pose: none for a joint that follows another.
+    #[must_use]
+    pub fn n_coords(&self) -> usize {
+        if self.mimic.is_some() { 0 } else { self.motion.n_coords() }
+    }
+
+    /// Degrees of freedom of its own: none for a joint that follows another.
+    #[must_use]
+    pub fn n_dofs(&self) -> usize {
+        if self.mimic.is_some() { 0 } else { self.motion.n_dofs() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn euler_angles_come_back_as_the_same_rotation(a in prop::array::uniform3(-4.0..4.0f64)) {
+            for order in EulerOrder::ALL {
+                let q = order.quaternion(a);
+                let b = order.angles(q);
+                prop_assert!(order.quaternion(b).dot(q).abs() > 1.0 - 1e-12);
+                prop_assert!(b[order.axes()[1]].abs() <= 1.5708);
+            }
+        }
+
+        #[test]
+        fn gimbal_lock_still_gives_the_rotation(a in -3.0..3.0f64, c in -3.0..3.0f64, up in any::<bool>()) {
+            for order in EulerOrder::ALL {
+                let [i, j, k] = order.axes();
+                let mut angles = [0.0; 3];
+                (angles[i], angles[k]) = (a, c);
+                angles[j] = if up { 1.0 } else { -1.0 } * std::f64::consts::FRAC_PI_2;
+                let q = order.quaternion(angles);
+                prop_assert!(order.quaternion(order.angles(q)).dot(q).abs() > 1.0 - 1e-9);
+            }
+        }
+    }
+}

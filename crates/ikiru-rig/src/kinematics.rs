@@ -1,0 +1,200 @@
+//! Forward kinematics: `world_from_joint = world_from_parent · rest · motion(q)` (the paper's equation 1).
+
+use glam::DVec3;
+
+use crate::frame::{Frame, Rotation, Vec3};
+use crate::joint::{JointId, Motion};
+use crate::pose::Pose;
+use crate::rig::{ROOT, Rig};
+use crate::scalar::Scalar;
+
+/// Moves a frame by a joint's motion: `frame := frame · motion(coords)`.
+///
+/// `coords` holds the joint's coordinates ([`Motion::n_coords`]). With `DIRECTIONS`, `directions` takes, for
+/// each degree of freedom, the world axis that the joint turns about (through the resulting origin) or
+/// moves along ([`Motion::n_dofs`]); without, it is left alone and may be empty.
+#[inline(always)]
+pub fn apply_motion<S: Scalar, const DIRECTIONS: bool>(
+    motion: &Motion,
+    coords: &[S],
+    frame: &mut Frame<S>,
+    directions: &mut [Vec3<S>],
+) {
+    match motion {
+        Motion::Fixed => {}
+        Motion::Hinge { axis, .. } => {
+            if DIRECTIONS {
+                directions[0] = frame.rotation.apply_constant(*axis);
+            }
+            frame.rotation = frame.rotation.compose(&Rotation::about(*axis, coords[0]));
+        }
+        Motion::Slider { axis, .. } => {
+            let direction = frame.rotation.apply_constant(*axis);
+            if DIRECTIONS {
+                directions[0] = direction;
+            }
+            frame.origin += direction * coords[0];
+        }
+        Motion::Euler { order, .. } => {
+            let (coords, rotation) = (&coords[..3], &mut frame.rotation);
+            for axis in order.axes() {
+                let direction = match axis {
+                    0 => {
+                        rotation.turn_x(coords[0]);
+                        rotation.x
+                    }
+                    1 => {
+                        rotation.turn_y(coords[1]);
+                        rotation.y
+                    }
+                    _ => {
+                        rotation.turn_z(coords[2]);
+                        rotation.z
+                    }
+                };
+                if DIRECTIONS {
+                    directions[axis] = direction;
+                }
+            }
+        }
+        Motion::Ball { .. } => turn_ball::<S, DIRECTIONS>(coords, frame, directions),
+        Motion::Free { .. } => {
+            let r = frame.rotation;
+            if DIRECTIONS {
+                directions[..3].copy_from_slice(&[r.x, r.y, r.z]);
+            }
+            frame.origin += r.apply(Vec3::new(coords[0], coords[1], coords[2]));
+            turn_ball::<S, DIRECTIONS>(&coords[3..], frame, if DIRECTIONS { &mut directions[3..] } else { &mut [] });
+        }
+    }
+}
+
+#[inline(always)]
+fn turn_ball<S: Scalar, const DIRECTIONS: bool>(coords: &[S], frame: &mut Frame<S>, directions: &mut [Vec3<S>]) {
+    let turn = Rotation::from_quaternion(coords[0], coords[1], coords[2], coords[3]);
+    frame.rotation = frame.rotation.compose(&turn);
+    if DIRECTIONS {
+        // The tangent of a ball is the space of ω in q · exp(ω): its axes are those of the turned frame.
+        directions[..3].copy_from_slice(&[frame.rotation.x, frame.rotation.y, frame.rotation.z]);
+    }
+}
+
+/// A rest transform behind a frame: `frame := frame · rest`.
+#[inline(always)]
+fn apply_rest<S: Scalar>(frame: &Frame<S>, translation: DVec3, rotation: &Rotation<f64>, is_translation: bool) -> Frame<S> {
+    let origin = frame.origin + frame.rotation.apply_constant(translation);
+    if is_translation {
+        return Frame { rotation: frame.rotation, origin };
+    }
+    let constant = |v: Vec3<f64>| frame.rotation.apply_constant(v.value());
+    Frame { rotation: Rotation { x: constant(rotation.x), y: constant(rotation.y), z: constant(rotation.z) }, origin }
+}
+
+/// A joint's frame before its motion: `parent · rest` (the rest alone for a root).
+#[must_use]
+#[inline(always)]
+pub fn rest_frame<S: Scalar>(rig: &Rig, joint: JointId, world_from_parent: &Frame<S>) -> Frame<S> {
+    let (data, kernel) = (&rig.joints()[joint.index()], &rig.kernels()[joint.index()]);
+    apply_rest(world_from_parent, data.rest_translation, &kernel.rest_rotation, kernel.rest_is_translation)
+}
+
+/// World frames of all joints for the coordinates of a pose: `frames[i]` is `world_from_joint` of joint `i`.
+///
+/// Generic, so that derivatives come from the same source. `coords` has [`Rig::n_coords`] entries (quaternions of unit
+/// length), `frames` [`Rig::n_joints`]; of shorter slices only the joints that both allow are computed.
+pub fn forward<S: Scalar>(rig: &Rig, coords: &[S], frames: &mut [Frame<S>]) {
+    if coords.len() < rig.n_coords() {
+        return;
+    }
+    for idx in 0..frames.len().min(rig.n_joints()) {
+        frames[idx] = joint_frame(rig, idx, coords, frames);
+    }
+}
+
+/// World frames of some joints: `order` lists them with all their ancestors, parents first (see
+/// [`with_ancestors`]). Other entries of `frames` are left alone.
+pub fn forward_some<S: Scalar>(rig: &Rig, order: &[JointId], coords: &[S], frames: &mut [Frame<S>]) {
+    if coords.len() < rig.n_coords() || frames.len() < rig.n_joints() {
+        return;
+    }
+    for joint in order.iter().filter(|j| j.index() < rig.n_joints()) {
+        frames[joint.index()] = joint_frame(rig, joint.index(), coords, frames);
+    }
+}
+
+#[inline(always)]
+fn joint_frame<S: Scalar>(rig: &Rig, idx: usize, coords: &[S], frames: &[Frame<S>]) -> Frame<S> {
+    let (joint, kernel) = (&rig.joints()[idx], &rig.kernels()[idx]);
+    let mut frame = if kernel.parent == ROOT {
+        apply_rest(&Frame::identity(), joint.rest_translation, &kernel.rest_rotation, kernel.rest_is_translation)
+    } else {
+        let parent = &frames[kernel.parent as usize];
+        apply_rest(parent, joint.rest_translation, &kernel.rest_rotation, kernel.rest_is_translation)
+    };
+    let coord = kernel.coord as usize;
+    if let Some((multiplier, offset)) = kernel.mimic {
+        let value = coords[coord] * multiplier + offset;
+        apply_motion::<S, false>(&joint.motion, &[value], &mut frame, &mut []);
+    } else {
+        apply_motion::<S, false>(&joint.motion, &coords[coord..], &mut frame, &mut []);
+    }
+    frame
+}
+
+/// The given joints and all their ancestors, each once, parents first.
+#[must_use]
+pub fn with_ancestors(rig: &Rig, joints: &[JointId]) -> Vec<JointId> {
+    let mut needed = vec![false; rig.n_joints()];
+    for joint in joints {
+        for ancestor in rig.ancestors(*joint) {
+            // Everything above a joint that is marked is marked as well.
+            if std::mem::replace(&mut needed[ancestor.index()], true) {
+                break;
+            }
+        }
+    }
+    rig.ids().filter(|j| needed[j.index()]).collect()
+}
+
+impl Pose {
+    /// World frames of all joints.
+    #[must_use]
+    pub fn frames(&self) -> Vec<Frame<f64>> {
+        let mut frames = vec![Frame::identity(); self.rig().n_joints()];
+        self.frames_into(&mut frames);
+        frames
+    }
+
+    /// World frames of all joints, into the caller's memory ([`Rig::n_joints`] entries).
+    pub fn frames_into(&self, frames: &mut [Frame<f64>]) {
+        forward(self.rig(), self.coords(), frames);
+    }
+
+    /// `world_from_joint` of one joint: only its ancestors are computed. The identity for the id of another,
+    /// larger rig.
+    #[must_use]
+    pub fn frame(&self, joint: JointId) -> Frame<f64> {
+        // A path is short: collected here so that it can be walked from the root.
+        let path: Vec<JointId> = self.rig().ancestors(joint).collect();
+        let mut frame = Frame::identity();
+        for joint in path.into_iter().rev() {
+            frame = rest_frame(self.rig(), joint, &frame);
+            self.apply_motion_to(joint, &mut frame);
+        }
+        frame
+    }
+
+    /// `frame := frame · motion` of one joint in this pose, followers included.
+    pub fn apply_motion_to(&self, joint: JointId, frame: &mut Frame<f64>) {
+        let (Some(data), Some(kernel)) = (self.rig().get(joint), self.rig().kernels().get(joint.index())) else {
+            return;
+        };
+        let coords = &self.coords()[kernel.coord as usize..];
+        match kernel.mimic {
+            Some((multiplier, offset)) => {
+                apply_motion::<f64, false>(&data.motion, &[coords[0] * multiplier + offset], frame, &mut []);
+            }
+            None => apply_motion::<f64, false>(&data.motion, coords, frame, &mut []),
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Rigs for inverse kinematics: the skeleton and its joints, hard joint limits, poses, clips, and forward
+//! kinematics that is generic over plain numbers and derivatives.
+//!
+//! Metres, radians and seconds; right-handed, y up, a character faces +z with its left at +x. A joint owns
+//! the transform to its parent: `world_from_joint = world_from_parent · rest · motion(q)`.
+//!
+//! This crate knows no file and no solver.
+//!
+//! ```
+//! use ikiru_rig::{Joint, Motion, Range, RigBuilder};
+//! use glam::DVec3;
+//!
+//! let mut builder = RigBuilder::new();
+//! let mut shoulder = Joint::new("shoulder", None);
+//! shoulder.motion = Motion::BALL;
+//! let shoulder = builder.add(shoulder);
+//! let mut elbow = Joint::new("elbow", Some(shoulder));
+//! elbow.rest_translation = DVec3::new(0.3, 0.0, 0.0);
+//! elbow.motion = Motion::Hinge { axis: DVec3::Y, range: Range::degrees(-150.0, 0.0) };
+//! let elbow = builder.add(elbow);
+//! let mut hand = Joint::new("hand", Some(elbow));
+//! hand.rest_translation = DVec3::new(0.25, 0.0, 0.0);
+//! let hand = builder.add(hand);
+//! let rig = builder.build()?;
+//!
+//! let mut pose = rig.rest_pose();
+//! pose.set_value(elbow, -1.5_f64.to_radians() * 60.0)?;
+//! assert!((pose.frame(hand).origin.value() - DVec3::new(0.3, 0.0, 0.25)).length() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod clip;
+mod dual;
+mod frame;
+mod humanoid;
+mod joint;
+mod limit;
+mod name;
+mod pose;
+mod rig;
+mod scalar;
+mod trig;
+
+pub mod kinematics;
+
+pub use clip::{Clip, ClipError};
+pub use dual::Dual;
+pub use frame::{Frame, Rotation, Vec3};
+pub use humanoid::Role;
+pub use joint::{EulerOrder, Joint, JointId, Mimic, Motion};
+pub use limit::{Cone, ConeError, ConeNormal, Range};
+pub use name::{UnknownName, unknown as unknown_name};
+pub use pose::{Pose, PoseError, difference_joint, project_joint, retract_joint, rotation_vector};
+pub use rig::{ChainError, Rig, RigBuilder, RigError, RigidError, decompose_affine};
+pub use scalar::Scalar;

@@ -1,0 +1,474 @@
+//! The rig: an immutable, shared tree of joints that is valid because it exists.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use crate::frame::Rotation;
+use crate::humanoid::Role;
+use crate::joint::{Joint, JointId, Motion};
+use crate::limit::Range;
+use crate::name::{self, UnknownName};
+use crate::pose::Pose;
+
+/// A tree of joints, parents first. Cheap to clone: the data is shared and never changes.
+///
+/// A `Rig` that exists is valid: parents precede children, names are unique, ranges are ordered, axes and
+/// rotations have unit length, and everything is finite. See [`RigBuilder`].
+#[derive(Clone)]
+pub struct Rig(Arc<Data>);
+
+struct Data {
+    joints: Vec<Joint>,
+    kernels: Vec<Kernel>,
+    by_name: HashMap<String, JointId>,
+    roles: [Option<JointId>; Role::ALL.len()],
+    n_coords: usize,
+    n_dofs: usize,
+}
+
+/// What forward kinematics needs of a joint, close together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kernel {
+    /// Position of the parent, or `ROOT`.
+    pub(crate) parent: u32,
+    /// Where its coordinates start, or its leader's if it follows one.
+    pub(crate) coord: u32,
+    /// Where its degrees of freedom start.
+    pub(crate) dof: u32,
+    pub(crate) rest_is_translation: bool,
+    /// `(multiplier, offset)` of a joint that follows another.
+    pub(crate) mimic: Option<(f64, f64)>,
+    pub(crate) rest_rotation: Rotation<f64>,
+}
+
+/// The parent of a root.
+pub(crate) const ROOT: u32 = u32::MAX;
+
+/// A chain was asked for between joints of which the first is not an ancestor of the second.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ChainError {
+    /// One of the names is unknown.
+    #[error(transparent)]
+    Unknown(#[from] UnknownName),
+    /// The joints do not lie on one line from the root.
+    #[error("no chain leads from '{from}' to '{to}': '{to}' has the ancestors {ancestors}")]
+    NotAnAncestor {
+        /// Where the chain should start.
+        from: String,
+        /// Where it should end.
+        to: String,
+        /// What lies above `to`, nearest first.
+        ancestors: String,
+    },
+}
+
+impl Rig {
+    /// All joints, parents first.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        &self.0.joints
+    }
+
+    /// The joint's data; `None` for the id of another, larger rig.
+    #[must_use]
+    pub fn get(&self, joint: JointId) -> Option<&Joint> {
+        self.0.joints.get(joint.index())
+    }
+
+    /// All ids, parents first.
+    pub fn ids(&self) -> impl DoubleEndedIterator<Item = JointId> + ExactSizeIterator + use<> {
+        (0..self.0.joints.len()).map(JointId::from_index)
+    }
+
+    /// How many joints there are.
+    #[must_use]
+    pub fn n_joints(&self) -> usize {
+        self.0.joints.len()
+    }
+
+    /// How many numbers a pose has.
+    #[must_use]
+    pub fn n_coords(&self) -> usize {
+        self.0.n_coords
+    }
+
+    /// How many degrees of freedom all joints have together: the size of a tangent.
+    #[must_use]
+    pub fn n_dofs(&self) -> usize {
+        self.0.n_dofs
+    }
+
+    /// Where a joint's coordinates lie in [`Pose::coords`]; empty for one that follows another.
+    #[must_use]
+    pub fn coords_of(&self, joint: JointId) -> std::ops::Range<usize> {
+        let (Some(data), Some(kernel)) = (self.get(joint), self.0.kernels.get(joint.index())) else { return 0..0 };
+        let start = kernel.coord as usize;
+        start..start + data.n_coords()
+    }
+
+    /// Where a joint's degrees of freedom lie in a tangent; empty for one that follows another.
+    #[must_use]
+    pub fn dofs_of(&self, joint: JointId) -> std::ops::Range<usize> {
+        let (Some(data), Some(kernel)) = (self.get(joint), self.0.kernels.get(joint.index())) else { return 0..0 };
+        let start = kernel.dof as usize;
+        start..start + data.n_dofs()
+    }
+
+    /// The joint of a name: an exact joint name, else another name that a joint answers to, else a humanoid
+    /// role.
+    ///
+    /// # Errors
+    /// A name that nothing answers to comes back with the nearest ones.
+    pub fn joint(&self, name: &str) -> Result<JointId, UnknownName> {
+        self.0
+            .by_name
+            .get(name)
+            .copied()
+            .or_else(|| Role::from_name(name).and_then(|role| self.role(role)))
+            .ok_or_else(|| self.unknown(name))
+    }
+
+    fn unknown(&self, name: &str) -> UnknownName {
+        let roles = Role::ALL.iter().filter(|r| self.role(**r).is_some()).map(|r| r.name());
+        name::unknown(name, self.0.by_name.keys().map(String::as_str).chain(roles))
+    }
+
+    /// The joint that is a humanoid bone.
+    #[must_use]
+    pub fn role(&self, role: Role) -> Option<JointId> {
+        self.0.roles[role as usize]
+    }
+
+    /// The joints from `from` down to `to`, both included.
+    ///
+    /// # Errors
+    /// When a name is unknown, or `from` is not an ancestor of `to`.
+    pub fn chain(&self, from: &str, to: &str) -> Result<Vec<JointId>, ChainError> {
+        let (first, last) = (self.joint(from)?, self.joint(to)?);
+        let mut chain: Vec<JointId> = self.ancestors(last).collect();
+        let Some(length) = chain.iter().position(|j| *j == first) else {
+            let names: Vec<_> = chain.iter().skip(1).map(|j| format!("'{}'", self.0.joints[j.index()].name)).collect();
+            let ancestors = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            return Err(ChainError::NotAnAncestor { from: from.to_owned(), to: to.to_owned(), ancestors });
+        };
+        chain.truncate(length + 1);
+        chain.reverse();
+        Ok(chain)
+    }
+
+    /// The joint itself, its parent, and so on up to the root.
+    pub fn ancestors(&self, joint: JointId) -> impl Iterator<Item = JointId> + '_ {
+        let start = self.get(joint).map(|_| joint);
+        std::iter::successors(start, |j| self.0.joints[j.index()].parent)
+    }
+
+    /// The pose of all zeros: every joint at its rest transform. It may lie outside limits that do not
+    /// contain zero; see [`Pose::project`].
+    #[must_use]
+    pub fn rest_pose(&self) -> Pose {
+        Pose::rest(self)
+    }
+
+    /// The topmost joint that moves: the one that [`RigBuilder::free_root`] lets float.
+    #[must_use]
+    pub fn root(&self) -> Option<JointId> {
+        self.ids().find(|j| self.0.joints[j.index()].n_dofs() > 0)
+    }
+
+    /// Whether both are the same rig (not only equal ones).
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
+    /// The largest distance of a joint from the first root at rest, in metres: a length to measure
+    /// tolerances by. At least 1e-3.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        let frames = self.rest_pose().frames();
+        let origin = frames.first().map_or(DVec3::ZERO, |f| f.origin.value());
+        frames.iter().map(|f| f.origin.value().distance(origin)).fold(1e-3, f64::max)
+    }
+
+    /// A builder that starts from this rig, to change motions or limits.
+    #[must_use]
+    pub fn to_builder(&self) -> RigBuilder {
+        RigBuilder { joints: self.0.joints.clone() }
+    }
+
+    pub(crate) fn kernels(&self) -> &[Kernel] {
+        &self.0.kernels
+    }
+}
+
+impl std::fmt::Debug for Rig {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Rig").field("n_joints", &self.n_joints()).field("n_dofs", &self.n_dofs()).finish_non_exhaustive()
+    }
+}
+
+/// Why a rig cannot exist.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RigError {
+    /// There is no joint.
+    #[error("a rig needs at least one joint")]
+    Empty,
+    /// More joints than any real character has.
+    #[error("{found} joints are more than the {most} that a rig may have")]
+    TooMany {
+        /// How many there were.
+        found: usize,
+        /// How many may be.
+        most: usize,
+    },
+    /// Two joints share a name (or another name that they answer to).
+    #[error("two joints are called '{0}'")]
+    DuplicateName(String),
+    /// Two joints share a role.
+    #[error("joints '{0}' and '{1}' are both the humanoid bone '{2}'")]
+    DuplicateRole(String, String, Role),
+    /// A joint without a name.
+    #[error("joint {0} has no name")]
+    Unnamed(usize),
+    /// The parent does not stand earlier in the list.
+    #[error("joint '{0}' names a parent that does not stand before it in the list")]
+    Parent(String),
+    /// A rest transform that is not finite, or not a unit rotation.
+    #[error("joint '{0}': the rest transform must be finite, its rotation a unit quaternion")]
+    Rest(String),
+    /// An axis that is not a finite unit vector.
+    #[error("joint '{0}': the axis must be a finite unit vector, not {1:?}")]
+    Axis(String, [f64; 3]),
+    /// A range whose ends are not ordered, or not numbers.
+    #[error("joint '{joint}': the range must go from a smaller to a larger value, not from {min} to {max}")]
+    Range {
+        /// The joint.
+        joint: String,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
+    /// A follower that cannot follow.
+    #[error("joint '{joint}' cannot follow another: {reason}")]
+    Mimic {
+        /// The joint.
+        joint: String,
+        /// What is in the way.
+        reason: &'static str,
+    },
+    /// There is no joint that could float.
+    #[error("no joint of this rig moves, so none can be a free root")]
+    NoRoot,
+}
+
+/// Collects joints and validates them all at once.
+#[derive(Clone, Debug, Default)]
+pub struct RigBuilder {
+    joints: Vec<Joint>,
+}
+
+impl RigBuilder {
+    /// The most joints that a rig may have.
+    pub const MOST_JOINTS: usize = 100_000;
+
+    /// A builder without joints.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Appends a joint.
+    pub fn add(&mut self, joint: Joint) -> JointId {
+        self.joints.push(joint);
+        JointId::from_index(self.joints.len() - 1)
+    }
+
+    /// The joints so far, to change them.
+    pub fn joints_mut(&mut self) -> &mut [Joint] {
+        &mut self.joints
+    }
+
+    /// Changes how a joint moves. An id that the builder does not hold changes nothing.
+    pub fn set_motion(&mut self, joint: JointId, motion: Motion) -> &mut Self {
+        if let Some(joint) = self.joints.get_mut(joint.index()) {
+            joint.motion = motion;
+        }
+        self
+    }
+
+    /// Lets the topmost joint that moves float: it translates, then rotates freely inside the cone it had.
+    ///
+    /// # Errors
+    /// When no joint moves.
+    pub fn free_root(&mut self) -> Result<JointId, RigError> {
+        let idx = self.joints.iter().position(|j| j.n_dofs() > 0).ok_or(RigError::NoRoot)?;
+        let cone = self.joints[idx].motion.cone().copied();
+        self.joints[idx].motion = Motion::Free { cone };
+        Ok(JointId::from_index(idx))
+    }
+
+    /// Validates everything once.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with the joint's name.
+    pub fn build(mut self) -> Result<Rig, RigError> {
+        let found = self.joints.len();
+        if found == 0 {
+            return Err(RigError::Empty);
+        }
+        if found > Self::MOST_JOINTS {
+            return Err(RigError::TooMany { found, most: Self::MOST_JOINTS });
+        }
+        for (idx, joint) in self.joints.iter().enumerate() {
+            check_joint(idx, joint)?;
+        }
+        self.link_mimics()?;
+        let mut by_name = HashMap::with_capacity(found);
+        let mut roles: [Option<JointId>; Role::ALL.len()] = [None; Role::ALL.len()];
+        for (idx, joint) in self.joints.iter().enumerate() {
+            let id = JointId::from_index(idx);
+            if by_name.insert(joint.name.clone(), id).is_some() {
+                return Err(RigError::DuplicateName(joint.name.clone()));
+            }
+            if let Some(role) = joint.role
+                && let Some(other) = roles[role as usize].replace(id)
+            {
+                let other = self.joints[other.index()].name.clone();
+                return Err(RigError::DuplicateRole(other, joint.name.clone(), role));
+            }
+        }
+        for (idx, joint) in self.joints.iter().enumerate() {
+            for alias in &joint.aliases {
+                let id = JointId::from_index(idx);
+                // A joint's own name wins over what another answers to.
+                if by_name.get(alias).is_some_and(|other| self.joints[other.index()].aliases.contains(alias) && *other != id) {
+                    return Err(RigError::DuplicateName(alias.clone()));
+                }
+                by_name.entry(alias.clone()).or_insert(id);
+            }
+        }
+        let (mut n_coords, mut n_dofs) = (0, 0);
+        let mut kernels: Vec<Kernel> = Vec::with_capacity(found);
+        for joint in &self.joints {
+            kernels.push(Kernel {
+                parent: joint.parent.map_or(ROOT, |p| p.0),
+                coord: u32::try_from(n_coords).unwrap_or(u32::MAX),
+                dof: u32::try_from(n_dofs).unwrap_or(u32::MAX),
+                rest_is_translation: joint.rest_rotation == DQuat::IDENTITY,
+                mimic: joint.mimic.map(|m| (m.multiplier, m.offset)),
+                rest_rotation: Rotation::constant(joint.rest_rotation),
+            });
+            n_coords += joint.n_coords();
+            n_dofs += joint.n_dofs();
+        }
+        for (idx, joint) in self.joints.iter().enumerate() {
+            if let Some(mimic) = joint.mimic {
+                kernels[idx].coord = kernels[mimic.leader.index()].coord;
+                kernels[idx].dof = kernels[mimic.leader.index()].dof;
+            }
+        }
+        Ok(Rig(Arc::new(Data { joints: self.joints, kernels, by_name, roles, n_coords, n_dofs })))
+    }
+
+    /// Checks the joints that follow others, and narrows each leader's range to what its followers can do.
+    fn link_mimics(&mut self) -> Result<(), RigError> {
+        for idx in 0..self.joints.len() {
+            let Some(mimic) = self.joints[idx].mimic else { continue };
+            let refuse = |reason| RigError::Mimic { joint: self.joints[idx].name.clone(), reason };
+            let leader = self.joints.get(mimic.leader.index()).ok_or_else(|| refuse("its leader does not exist"))?;
+            if leader.mimic.is_some() {
+                return Err(refuse("its leader follows another joint itself"));
+            }
+            if !leader.motion.is_scalar() || !self.joints[idx].motion.is_scalar() {
+                return Err(refuse("only hinges and sliders can lead and follow"));
+            }
+            if !mimic.multiplier.is_finite() || !mimic.offset.is_finite() {
+                return Err(refuse("multiplier and offset must be finite"));
+            }
+            let own = self.joints[idx].motion.ranges()[0];
+            if mimic.multiplier == 0.0 || own.is_unlimited() {
+                continue;
+            }
+            let ends = [own.min, own.max].map(|end| (end - mimic.offset) / mimic.multiplier);
+            let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            if let Motion::Hinge { range, .. } | Motion::Slider { range, .. } =
+                &mut self.joints[mimic.leader.index()].motion
+            {
+                let narrowed = Range::new(range.min.max(low), range.max.min(high));
+                if !narrowed.is_ordered() {
+                    let reason = "its own range and its leader's have no value in common";
+                    return Err(RigError::Mimic { joint: self.joints[idx].name.clone(), reason });
+                }
+                *range = narrowed;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_joint(idx: usize, joint: &Joint) -> Result<(), RigError> {
+    let name = || joint.name.clone();
+    if joint.name.is_empty() {
+        return Err(RigError::Unnamed(idx));
+    }
+    if joint.parent.is_some_and(|p| p.index() >= idx) {
+        return Err(RigError::Parent(name()));
+    }
+    if !joint.rest_translation.is_finite()
+        || !joint.rest_rotation.is_finite()
+        || (joint.rest_rotation.length() - 1.0).abs() > 1e-6
+    {
+        return Err(RigError::Rest(name()));
+    }
+    if let Motion::Hinge { axis, .. } | Motion::Slider { axis, .. } = joint.motion
+        && (!axis.is_finite() || (axis.length() - 1.0).abs() > 1e-6)
+    {
+        return Err(RigError::Axis(name(), axis.to_array()));
+    }
+    if let Some(bad) = joint.motion.ranges().iter().find(|r| !r.is_ordered()) {
+        return Err(RigError::Range { joint: name(), min: bad.min, max: bad.max });
+    }
+    Ok(())
+}
+
+/// Why a matrix is not the rest transform of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RigidError {
+    /// Not all numbers are finite.
+    #[error("the matrix has numbers that are not finite")]
+    NotFinite,
+    /// Its axes are not perpendicular.
+    #[error("the matrix has a shear: its axes are not perpendicular")]
+    Shear,
+    /// An axis has no length.
+    #[error("the matrix has no inverse: one of its axes has the length 0")]
+    Degenerate,
+}
+
+/// Takes a transform apart into rotation, translation and the scale of each axis; a mirrored one has a
+/// negative first scale.
+///
+/// # Errors
+/// When it is not finite, has a shear (axes more than 1e-3 rad off perpendicular), or an axis of length 0.
+pub fn decompose_affine(m: &DAffine3) -> Result<(DQuat, DVec3, DVec3), RigidError> {
+    if !m.is_finite() {
+        return Err(RigidError::NotFinite);
+    }
+    let a = m.matrix3;
+    let mut scale = DVec3::new(a.x_axis.length(), a.y_axis.length(), a.z_axis.length());
+    if scale.min_element() < 1e-30 {
+        return Err(RigidError::Degenerate);
+    }
+    if a.determinant() < 0.0 {
+        scale.x = -scale.x;
+    }
+    let unit = DMat3::from_cols(a.x_axis / scale.x, a.y_axis / scale.y, a.z_axis / scale.z);
+    let skew = [unit.x_axis.dot(unit.y_axis), unit.y_axis.dot(unit.z_axis), unit.z_axis.dot(unit.x_axis)];
+    if skew.iter().any(|s| s.abs() > 1e-3) {
+        return Err(RigidError::Shear);
+    }
+    Ok((DQuat::from_mat3(&unit).normalize(), m.translation, scale))
+}

@@ -1,0 +1,1 @@
+//! Objectives and solvers of the Ikiru inverse-kinematics library.

@@ -1,0 +1,1 @@
+//! Real-time inverse kinematics for virtual humans and any other rig.
