@@ -237,7 +237,8 @@ impl Rotation<f64> {
     /// As a quaternion with `w ≥ 0`.
     #[must_use]
     pub fn quaternion(&self) -> DQuat {
-        let q = DQuat::from_mat3(&DMat3::from_cols(self.x.value(), self.y.value(), self.z.value())).normalize();
+        let q =
+            DQuat::from_mat3(&DMat3::from_cols(self.x.value(), self.y.value(), self.z.value())).normalize();
         if q.w < 0.0 { -q } else { q }
     }
 }
@@ -319,7 +320,11 @@ mod tests {
         let axis = DVec3::new(0.3, -0.8, 0.5).normalize();
         let q = DQuat::from_axis_angle(axis, 1.234);
         let v = DVec3::new(0.2, 0.9, -1.1);
-        for r in [Rotation::about(axis, 1.234), Rotation::from_quaternion(q.x, q.y, q.z, q.w), Rotation::constant(q)] {
+        for r in [
+            Rotation::about(axis, 1.234),
+            Rotation::from_quaternion(q.x, q.y, q.z, q.w),
+            Rotation::constant(q),
+        ] {
             assert!((r.apply(v.into()).value() - q * v).length() < 1e-15);
             assert!((r.apply_inverse(v.into()).value() - q.inverse() * v).length() < 1e-15);
             assert!(r.compose(&r.inverse()).apply(v.into()).distance(v.into()) < 1e-15);

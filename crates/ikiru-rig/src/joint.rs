@@ -270,7 +270,7 @@ mod tests {
                 let q = order.quaternion(a);
                 let b = order.angles(q);
                 prop_assert!(order.quaternion(b).dot(q).abs() > 1.0 - 1e-12);
-                prop_assert!(b[order.axes()[1]].abs() <= 1.5708);
+                prop_assert!(b[order.axes()[1]].abs() <= std::f64::consts::FRAC_PI_2 + 1e-12);
             }
         }
 

@@ -64,13 +64,21 @@ pub fn apply_motion<S: Scalar, const DIRECTIONS: bool>(
                 directions[..3].copy_from_slice(&[r.x, r.y, r.z]);
             }
             frame.origin += r.apply(Vec3::new(coords[0], coords[1], coords[2]));
-            turn_ball::<S, DIRECTIONS>(&coords[3..], frame, if DIRECTIONS { &mut directions[3..] } else { &mut [] });
+            turn_ball::<S, DIRECTIONS>(
+                &coords[3..],
+                frame,
+                if DIRECTIONS { &mut directions[3..] } else { &mut [] },
+            );
         }
     }
 }
 
 #[inline(always)]
-fn turn_ball<S: Scalar, const DIRECTIONS: bool>(coords: &[S], frame: &mut Frame<S>, directions: &mut [Vec3<S>]) {
+fn turn_ball<S: Scalar, const DIRECTIONS: bool>(
+    coords: &[S],
+    frame: &mut Frame<S>,
+    directions: &mut [Vec3<S>],
+) {
     let turn = Rotation::from_quaternion(coords[0], coords[1], coords[2], coords[3]);
     frame.rotation = frame.rotation.compose(&turn);
     if DIRECTIONS {
@@ -81,13 +89,21 @@ fn turn_ball<S: Scalar, const DIRECTIONS: bool>(coords: &[S], frame: &mut Frame<
 
 /// A rest transform behind a frame: `frame := frame · rest`.
 #[inline(always)]
-fn apply_rest<S: Scalar>(frame: &Frame<S>, translation: DVec3, rotation: &Rotation<f64>, is_translation: bool) -> Frame<S> {
+fn apply_rest<S: Scalar>(
+    frame: &Frame<S>,
+    translation: DVec3,
+    rotation: &Rotation<f64>,
+    is_translation: bool,
+) -> Frame<S> {
     let origin = frame.origin + frame.rotation.apply_constant(translation);
     if is_translation {
         return Frame { rotation: frame.rotation, origin };
     }
     let constant = |v: Vec3<f64>| frame.rotation.apply_constant(v.value());
-    Frame { rotation: Rotation { x: constant(rotation.x), y: constant(rotation.y), z: constant(rotation.z) }, origin }
+    Frame {
+        rotation: Rotation { x: constant(rotation.x), y: constant(rotation.y), z: constant(rotation.z) },
+        origin,
+    }
 }
 
 /// A joint's frame before its motion: `parent · rest` (the rest alone for a root).
@@ -126,7 +142,12 @@ pub fn forward_some<S: Scalar>(rig: &Rig, order: &[JointId], coords: &[S], frame
 fn joint_frame<S: Scalar>(rig: &Rig, idx: usize, coords: &[S], frames: &[Frame<S>]) -> Frame<S> {
     let (joint, kernel) = (&rig.joints()[idx], &rig.kernels()[idx]);
     let mut frame = if kernel.parent == ROOT {
-        apply_rest(&Frame::identity(), joint.rest_translation, &kernel.rest_rotation, kernel.rest_is_translation)
+        apply_rest(
+            &Frame::identity(),
+            joint.rest_translation,
+            &kernel.rest_rotation,
+            kernel.rest_is_translation,
+        )
     } else {
         let parent = &frames[kernel.parent as usize];
         apply_rest(parent, joint.rest_translation, &kernel.rest_rotation, kernel.rest_is_translation)
@@ -186,7 +207,8 @@ impl Pose {
 
     /// `frame := frame · motion` of one joint in this pose, followers included.
     pub fn apply_motion_to(&self, joint: JointId, frame: &mut Frame<f64>) {
-        let (Some(data), Some(kernel)) = (self.rig().get(joint), self.rig().kernels().get(joint.index())) else {
+        let (Some(data), Some(kernel)) = (self.rig().get(joint), self.rig().kernels().get(joint.index()))
+        else {
             return;
         };
         let coords = &self.coords()[kernel.coord as usize..];

@@ -25,7 +25,8 @@ impl std::error::Error for UnknownName {}
 /// The error for `name` among `candidates`.
 #[must_use]
 pub fn unknown<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> UnknownName {
-    let plain = |s: &str| s.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect::<String>();
+    let plain =
+        |s: &str| s.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect::<String>();
     let wanted = plain(name);
     let mut scored: Vec<(f64, &str)> = candidates
         .into_iter()
@@ -34,7 +35,10 @@ pub fn unknown<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .collect();
     scored.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(b.1)));
     scored.dedup_by_key(|(_, name)| *name);
-    UnknownName { name: name.to_owned(), nearest: scored.into_iter().take(3).map(|(_, n)| n.to_owned()).collect() }
+    UnknownName {
+        name: name.to_owned(),
+        nearest: scored.into_iter().take(3).map(|(_, n)| n.to_owned()).collect(),
+    }
 }
 
 #[cfg(test)]

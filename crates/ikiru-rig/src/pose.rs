@@ -115,9 +115,11 @@ impl Pose {
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.coords.iter().all(|c| c.is_finite())
-            && self.rig.ids().filter_map(|j| self.quaternion_slot(j)).all(|at| {
-                (DQuat::from_slice(&self.coords[at..at + 4]).length_squared() - 1.0).abs() < 2e-6
-            })
+            && self
+                .rig
+                .ids()
+                .filter_map(|j| self.quaternion_slot(j))
+                .all(|at| (DQuat::from_slice(&self.coords[at..at + 4]).length_squared() - 1.0).abs() < 2e-6)
     }
 
     fn data(&self, joint: JointId) -> Result<&crate::joint::Joint, PoseError> {
@@ -264,14 +266,18 @@ impl Pose {
         for joint in rig.ids() {
             let data = &rig.joints()[joint.index()];
             if data.n_dofs() > 0 {
-                retract_joint(&data.motion, &mut self.coords[rig.coords_of(joint)], &tangent[rig.dofs_of(joint)]);
+                retract_joint(
+                    &data.motion,
+                    &mut self.coords[rig.coords_of(joint)],
+                    &tangent[rig.dofs_of(joint)],
+                );
             }
         }
         Ok(())
     }
 
     /// The tangent that leads from `self` to `other` ([`Rig::n_dofs`] entries): the inverse of
-    /// [`retract`](Self::retract). Angles of unlimited hinges take the short way around.
+    /// [`retract`](Self::retract). Angles without limits take the short way around, unless others follow them.
     ///
     /// # Errors
     /// When the poses belong to rigs with different numbers of coordinates.
@@ -284,7 +290,11 @@ impl Pose {
             let (data, at) = (&self.rig.joints()[joint.index()], self.rig.coords_of(joint));
             if data.n_dofs() > 0 {
                 let to = &mut tangent[self.rig.dofs_of(joint)];
-                difference_joint(&data.motion, &self.coords[at.clone()], &other.coords[at], to);
+                if self.rig.kernels()[joint.index()].leads {
+                    to[0] = other.coords[at.start] - self.coords[at.start];
+                } else {
+                    difference_joint(&data.motion, &self.coords[at.clone()], &other.coords[at], to);
+                }
             }
         }
         Ok(tangent)

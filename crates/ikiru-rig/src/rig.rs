@@ -40,6 +40,8 @@ pub(crate) struct Kernel {
     pub(crate) rest_is_translation: bool,
     /// `(multiplier, offset)` of a joint that follows another.
     pub(crate) mimic: Option<(f64, f64)>,
+    /// Whether others follow it: a whole turn then changes them, so its angle does not wrap.
+    pub(crate) leads: bool,
     pub(crate) rest_rotation: Rotation<f64>,
 }
 
@@ -103,7 +105,9 @@ impl Rig {
     /// Where a joint's coordinates lie in [`Pose::coords`]; empty for one that follows another.
     #[must_use]
     pub fn coords_of(&self, joint: JointId) -> std::ops::Range<usize> {
-        let (Some(data), Some(kernel)) = (self.get(joint), self.0.kernels.get(joint.index())) else { return 0..0 };
+        let (Some(data), Some(kernel)) = (self.get(joint), self.0.kernels.get(joint.index())) else {
+            return 0..0;
+        };
         let start = kernel.coord as usize;
         start..start + data.n_coords()
     }
@@ -111,7 +115,9 @@ impl Rig {
     /// Where a joint's degrees of freedom lie in a tangent; empty for one that follows another.
     #[must_use]
     pub fn dofs_of(&self, joint: JointId) -> std::ops::Range<usize> {
-        let (Some(data), Some(kernel)) = (self.get(joint), self.0.kernels.get(joint.index())) else { return 0..0 };
+        let (Some(data), Some(kernel)) = (self.get(joint), self.0.kernels.get(joint.index())) else {
+            return 0..0;
+        };
         let start = kernel.dof as usize;
         start..start + data.n_dofs()
     }
@@ -149,7 +155,8 @@ impl Rig {
         let (first, last) = (self.joint(from)?, self.joint(to)?);
         let mut chain: Vec<JointId> = self.ancestors(last).collect();
         let Some(length) = chain.iter().position(|j| *j == first) else {
-            let names: Vec<_> = chain.iter().skip(1).map(|j| format!("'{}'", self.0.joints[j.index()].name)).collect();
+            let names: Vec<_> =
+                chain.iter().skip(1).map(|j| format!("'{}'", self.0.joints[j.index()].name)).collect();
             let ancestors = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
             return Err(ChainError::NotAnAncestor { from: from.to_owned(), to: to.to_owned(), ancestors });
         };
@@ -205,7 +212,10 @@ impl Rig {
 
 impl std::fmt::Debug for Rig {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Rig").field("n_joints", &self.n_joints()).field("n_dofs", &self.n_dofs()).finish_non_exhaustive()
+        f.debug_struct("Rig")
+            .field("n_joints", &self.n_joints())
+            .field("n_dofs", &self.n_dofs())
+            .finish_non_exhaustive()
     }
 }
 
@@ -344,7 +354,10 @@ impl RigBuilder {
             for alias in &joint.aliases {
                 let id = JointId::from_index(idx);
                 // A joint's own name wins over what another answers to.
-                if by_name.get(alias).is_some_and(|other| self.joints[other.index()].aliases.contains(alias) && *other != id) {
+                if by_name
+                    .get(alias)
+                    .is_some_and(|other| self.joints[other.index()].aliases.contains(alias) && *other != id)
+                {
                     return Err(RigError::DuplicateName(alias.clone()));
                 }
                 by_name.entry(alias.clone()).or_insert(id);
@@ -359,6 +372,7 @@ impl RigBuilder {
                 dof: u32::try_from(n_dofs).unwrap_or(u32::MAX),
                 rest_is_translation: joint.rest_rotation == DQuat::IDENTITY,
                 mimic: joint.mimic.map(|m| (m.multiplier, m.offset)),
+                leads: false,
                 rest_rotation: Rotation::constant(joint.rest_rotation),
             });
             n_coords += joint.n_coords();
@@ -368,6 +382,7 @@ impl RigBuilder {
             if let Some(mimic) = joint.mimic {
                 kernels[idx].coord = kernels[mimic.leader.index()].coord;
                 kernels[idx].dof = kernels[mimic.leader.index()].dof;
+                kernels[mimic.leader.index()].leads = true;
             }
         }
         Ok(Rig(Arc::new(Data { joints: self.joints, kernels, by_name, roles, n_coords, n_dofs })))
@@ -378,7 +393,8 @@ impl RigBuilder {
         for idx in 0..self.joints.len() {
             let Some(mimic) = self.joints[idx].mimic else { continue };
             let refuse = |reason| RigError::Mimic { joint: self.joints[idx].name.clone(), reason };
-            let leader = self.joints.get(mimic.leader.index()).ok_or_else(|| refuse("its leader does not exist"))?;
+            let leader =
+                self.joints.get(mimic.leader.index()).ok_or_else(|| refuse("its leader does not exist"))?;
             if leader.mimic.is_some() {
                 return Err(refuse("its leader follows another joint itself"));
             }

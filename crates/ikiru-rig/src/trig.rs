@@ -33,9 +33,12 @@ fn sin_cos_small(x: f64) -> (f64, f64) {
     // Taylor's series: at |r| ≤ π/4 the first term left out is below 1e-19 (sine) and 3e-18 (cosine).
     // Even and odd powers of r² are summed apart, which halves the chain of dependent operations.
     let sin_even = 1.0 + r4 * (1.0 / 120.0 + r4 * (1.0 / 362_880.0 + r4 * (1.0 / 6_227_020_800.0)));
-    let sin_odd = -1.0 / 6.0 + r4 * (-1.0 / 5_040.0 + r4 * (-1.0 / 39_916_800.0 + r4 * (-1.0 / 1_307_674_368_000.0)));
+    let sin_odd =
+        -1.0 / 6.0 + r4 * (-1.0 / 5_040.0 + r4 * (-1.0 / 39_916_800.0 + r4 * (-1.0 / 1_307_674_368_000.0)));
     let sin = r + r * ((sin_even - 1.0) + r2 * sin_odd);
-    let cos_even = r4 * (1.0 / 24.0 + r4 * (1.0 / 40_320.0 + r4 * (1.0 / 479_001_600.0 + r4 * (1.0 / 20_922_789_888_000.0))));
+    let cos_even = r4
+        * (1.0 / 24.0
+            + r4 * (1.0 / 40_320.0 + r4 * (1.0 / 479_001_600.0 + r4 * (1.0 / 20_922_789_888_000.0))));
     let cos_odd = -0.5 + r4 * (-1.0 / 720.0 + r4 * (-1.0 / 3_628_800.0 + r4 * (-1.0 / 87_178_291_200.0)));
     let cos = 1.0 + (cos_even + r2 * cos_odd);
     let (a, b) = if quadrant & 1 == 0 { (sin, cos) } else { (cos, sin) };

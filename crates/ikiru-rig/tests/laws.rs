@@ -129,8 +129,14 @@ fn clips_refuse_what_is_not_a_motion() {
     let other = ikiru_testkit::rigs::random_rig(5, 1);
     let pose = rig.rest_pose();
     assert_eq!(Clip::new("", vec![], vec![]), Err(ClipError::Empty));
-    assert!(matches!(Clip::new("", vec![0.0], vec![pose.clone(), pose.clone()]), Err(ClipError::Count { .. })));
-    assert!(matches!(Clip::new("", vec![0.0, 0.0], vec![pose.clone(), pose.clone()]), Err(ClipError::Time { .. })));
+    assert!(matches!(
+        Clip::new("", vec![0.0], vec![pose.clone(), pose.clone()]),
+        Err(ClipError::Count { .. })
+    ));
+    assert!(matches!(
+        Clip::new("", vec![0.0, 0.0], vec![pose.clone(), pose.clone()]),
+        Err(ClipError::Time { .. })
+    ));
     assert!(matches!(Clip::new("", vec![f64::NAN], vec![pose.clone()]), Err(ClipError::Time { .. })));
     assert!(matches!(Clip::new("", vec![0.0, 1.0], vec![pose, other.rest_pose()]), Err(ClipError::Rig(1))));
 }

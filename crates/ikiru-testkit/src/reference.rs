@@ -36,7 +36,8 @@ pub fn world_matrices(pose: &Pose) -> Vec<DMat4> {
             }
             Motion::Ball { .. } => quaternion(coords),
             Motion::Free { .. } => {
-                DMat4::from_translation(DVec3::new(coords[0], coords[1], coords[2])) * quaternion(&coords[3..])
+                DMat4::from_translation(DVec3::new(coords[0], coords[1], coords[2]))
+                    * quaternion(&coords[3..])
             }
         };
         let parent = joint.parent.map_or(DMat4::IDENTITY, |p| world[p.index()]);
