@@ -1,1 +1,28 @@
-//! Objectives and solvers of the Ikiru inverse-kinematics library.
+//! Objectives and solvers: inverse kinematics as the minimum of `J = Σ λ · ρ(r)` inside hard joint limits.
+//!
+//! An [`Objective`] is a soft wish: residual rows and their derivative by the frames that it reads. A
+//! [`Problem`] weighs objectives and says which joints may move. A [`Solver`] improves a pose in a
+//! [`Workspace`] that the caller owns, and reports what came of it.
+//!
+//! This crate knows no file and no name: joints are ids.
+
+mod check;
+mod objective;
+mod options;
+mod plan;
+mod problem;
+mod report;
+mod residual;
+mod solver;
+mod solvers;
+mod state;
+
+pub mod objectives;
+
+pub use check::{CheckError, check_jacobian};
+pub use objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+pub use options::{AdamOptions, Method, Search, SolverOptions};
+pub use problem::{Problem, TermId, Tolerance};
+pub use report::{ActiveLimit, Invalid, LimitKind, Obstacle, Report, StopReason, TermReport};
+pub use residual::{MOST_ROWS, Residual};
+pub use solver::{Solver, Workspace};

@@ -1,0 +1,159 @@
+//! `check_jacobian`: derivatives against central differences, for every objective that exists.
+
+use ikiru_rig::{JointId, Pose};
+
+use crate::plan::Plan;
+use crate::problem::Problem;
+use crate::state::State;
+
+/// A derivative that does not agree with central differences.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CheckError {
+    /// An entry of the Jacobian differs.
+    #[error(
+        "term {term}, row {row}: the derivative by degree of freedom {dof} of joint {joint:?} is {exact}, by central differences {numeric}"
+    )]
+    Differs {
+        /// The term.
+        term: usize,
+        /// The row of its residual.
+        row: usize,
+        /// The joint.
+        joint: JointId,
+        /// Which of the joint's degrees of freedom.
+        dof: usize,
+        /// What the objective gave.
+        exact: f64,
+        /// What central differences give.
+        numeric: f64,
+    },
+    /// A term's numbers are wrong.
+    #[error("term {0} {1}")]
+    Invalid(usize, &'static str),
+    /// The pose belongs to another rig.
+    #[error("the pose belongs to another rig than the problem")]
+    Pose,
+}
+
+/// Step of the differences, in radians or metres.
+const STEP: f64 = 1e-5;
+
+/// Compares the derivative of every term by every degree of freedom with central differences at a pose.
+/// `tolerance` is relative to 1 plus the entry; 1e-6 suits smooth objectives.
+///
+/// # Errors
+/// The first entry that differs, or what is wrong with the problem.
+pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<(), CheckError> {
+    problem.check().map_err(|(term, reason)| CheckError::Invalid(term, reason))?;
+    if !pose.rig().is_same(problem.rig()) {
+        return Err(CheckError::Pose);
+    }
+    let plan = Plan::new(problem);
+    let mut state = State::new(&plan);
+    state.load(&plan, pose);
+    state.evaluate(&plan, problem);
+    state.linearize(&plan, problem, true);
+    let start = state.coords.clone();
+    let mut tangent = vec![0.0; plan.n_dofs];
+    for mover in &plan.movers {
+        for k in 0..mover.n_dofs {
+            let dof = mover.dof + k;
+            let mut shifted = |sign: f64| {
+                tangent[dof] = sign * STEP;
+                let mut at = state.clone();
+                // Not `step`: limits must not hold the difference back.
+                let coords = &mut at.coords[mover.coord..mover.coord + mover.n_coords];
+                coords.copy_from_slice(&start[mover.coord..mover.coord + mover.n_coords]);
+                ikiru_rig::retract_joint(&mover.motion, coords, &tangent[mover.dof..mover.dof + mover.n_dofs]);
+                at.evaluate(&plan, problem);
+                at.linearize(&plan, problem, true);
+                tangent[dof] = 0.0;
+                at
+            };
+            let (ahead, behind) = (shifted(1.0), shifted(-1.0));
+            let differs = |term, row, exact: f64, numeric: f64| {
+                if (exact - numeric).abs() <= tolerance * (1.0 + exact.abs()) {
+                    return Ok(());
+                }
+                Err(CheckError::Differs { term, row, joint: mover.joint, dof: k, exact, numeric })
+            };
+            let span = plan.spans[dof];
+            for t in &plan.terms {
+                for row in t.rows.clone() {
+                    let inside = (span.first..span.first + span.len).contains(&row);
+                    let exact = if inside { state.jacobian[span.start + row - span.first] } else { 0.0 };
+                    let numeric = (ahead.residual[row] - behind.residual[row]) / (2.0 * STEP);
+                    differs(t.term, row - t.rows.start, exact, numeric)?;
+                }
+            }
+            // Terms that read motions are summed up in a gradient: half that of their squares.
+            let squares = |s: &State| {
+                plan.terms.iter().filter(|t| t.has_motion_part).map(|t| s.squares[t.parts.end - 1]).sum::<f64>()
+            };
+            let numeric = (squares(&ahead) - squares(&behind)) / (4.0 * STEP);
+            if let Some(t) = plan.terms.iter().find(|t| t.has_motion_part) {
+                differs(t.term, t.rows.len(), state.motion_gradient[dof], numeric)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+pub(crate) use tests::{check_on_random_rigs, check_on_whole_rigs, residual_at};
+
+#[cfg(test)]
+mod tests {
+    use ikiru_rig::{Frame, Rig};
+    use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+    use super::*;
+    use crate::objective::{Inputs, Objective, Rows, Scratch};
+
+    /// The residual of an objective for given frames.
+    pub(crate) fn residual_at(objective: &dyn Objective, frames: &[Frame<f64>]) -> Vec<f64> {
+        let mut residual = vec![f64::NAN; objective.parts().iter().map(|p| p.n_rows).sum()];
+        let mut scratch = Scratch::default();
+        objective.evaluate(&Inputs { frames }, &mut Rows::new(&mut residual, &mut [], &mut scratch));
+        residual
+    }
+
+    /// Checks an objective made for two random joints, on random trees with every joint motion, at many
+    /// poses inside the limits and at the limits themselves.
+    pub(crate) fn check_on_random_rigs<T: Objective>(make: impl Fn(&[JointId], &mut Random) -> T) {
+        check_on_whole_rigs(|rig, random| {
+            let joints = [0, 1].map(|_| JointId::from_index(random.below(rig.n_joints())));
+            make(&joints, random)
+        });
+    }
+
+    pub(crate) fn check_on_whole_rigs<T: Objective>(make: impl Fn(&Rig, &mut Random) -> T) {
+        let mut random = Random::new(7);
+        for case in 0..120 {
+            let rig = random_rig(1 + random.below(14), case);
+            let mut problem = Problem::whole_body(&rig);
+            let objective = make(&rig, &mut random);
+            problem.add(1.0, objective);
+            for at_limits in [false, true] {
+                let mut pose = random_pose(&rig, &mut random);
+                if at_limits {
+                    let far: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-4.0, 4.0)).collect();
+                    pose.retract(&far).unwrap();
+                    pose.project();
+                }
+                // An angle within a step of its cut at π has no difference to compare with.
+                let result = check_jacobian(&problem, &pose, 2e-5);
+                if let Err(error) = result {
+                    let near_cut = {
+                        let plan = Plan::new(&problem);
+                        let mut state = State::new(&plan);
+                        state.load(&plan, &pose);
+                        state.evaluate(&plan, &problem);
+                        state.squares.iter().any(|s| s.sqrt() > 3.13)
+                    };
+                    assert!(near_cut, "case {case}: {error}");
+                }
+            }
+        }
+    }
+}

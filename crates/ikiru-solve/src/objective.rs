@@ -1,0 +1,210 @@
+//! What an objective is: which frames and motions it reads, and its residual with the derivative by them.
+
+use std::fmt::Debug;
+
+use ikiru_rig::{Dual, Frame, JointId, Motion};
+
+/// The shape put on a part's residual: how its length `‖r‖` becomes cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Loss {
+    /// `‖r‖²`
+    #[default]
+    Squared,
+    /// `‖r‖`, the paper's unsquared distance (equation 16).
+    Norm,
+    /// `‖r‖²` up to `width`, and `2·width·‖r‖ − width²` beyond (Huber): far targets pull no harder than
+    /// near ones. `width` is in the residual's unit and positive.
+    Huber {
+        /// Where the loss turns from square to linear.
+        width: f64,
+    },
+}
+
+/// Lengths below this count as this in the weight of an unsquared norm, which is infinite at 0.
+const SMALLEST_NORM: f64 = 1e-12;
+
+impl Loss {
+    /// The cost of a residual whose squared length is `square`.
+    #[inline(always)]
+    #[must_use]
+    pub fn cost(self, square: f64) -> f64 {
+        match self {
+            Self::Squared => square,
+            Self::Norm => square.sqrt(),
+            Self::Huber { width } => {
+                if square <= width * width {
+                    square
+                } else {
+                    2.0 * width * square.sqrt() - width * width
+                }
+            }
+        }
+    }
+
+    /// The derivative of the cost by the squared length: the weight that makes a square of it here.
+    #[inline(always)]
+    #[must_use]
+    pub fn weight(self, square: f64) -> f64 {
+        match self {
+            Self::Squared => 1.0,
+            Self::Norm => 0.5 / square.sqrt().max(SMALLEST_NORM),
+            Self::Huber { width } => {
+                if square <= width * width {
+                    1.0
+                } else {
+                    width / square.sqrt()
+                }
+            }
+        }
+    }
+
+    pub(crate) fn is_valid(self) -> bool {
+        match self {
+            Self::Huber { width } => width.is_finite() && width > 0.0,
+            _ => true,
+        }
+    }
+}
+
+/// What a residual is measured in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Metres.
+    Metres,
+    /// Radians.
+    Radians,
+}
+
+impl Unit {
+    /// `m` or `rad`.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Metres => "m",
+            Self::Radians => "rad",
+        }
+    }
+}
+
+/// Some rows of a residual that belong together: the loss is applied to their length, and a tolerance holds
+/// for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// How many rows.
+    pub n_rows: usize,
+    /// Their unit.
+    pub unit: Unit,
+}
+
+/// What an objective sees when it is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// `world_from_joint` of [`Objective::joints`], in that order.
+    pub frames: &'a [Frame<f64>],
+}
+
+/// Where an objective puts what it computes.
+#[derive(Debug)]
+pub struct Rows<'a> {
+    /// The residual, one entry a row.
+    pub residual: &'a mut [f64],
+    /// `[frame][row][6]`, empty where no derivative is wanted.
+    jacobian: &'a mut [f64],
+    pub(crate) scratch: &'a mut Scratch,
+}
+
+/// Memory for residuals that are differentiated by dual numbers.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    pub(crate) frames: Vec<Frame<Dual<6>>>,
+    pub(crate) residual: Vec<Dual<6>>,
+}
+
+impl<'a> Rows<'a> {
+    pub(crate) fn new(residual: &'a mut [f64], jacobian: &'a mut [f64], scratch: &'a mut Scratch) -> Self {
+        Self { residual, jacobian, scratch }
+    }
+
+    /// Whether the derivative is wanted too.
+    #[inline(always)]
+    #[must_use]
+    pub fn wants_jacobian(&self) -> bool {
+        !self.jacobian.is_empty()
+    }
+
+    /// The derivative of one row by one frame: first by a velocity of its origin (world axes), then by an
+    /// angular velocity of the frame (world axes). It is all zeros when the objective is called.
+    ///
+    /// # Panics
+    /// When the objective has no such row or frame.
+    #[inline(always)]
+    pub fn derivative(&mut self, frame: usize, row: usize) -> &mut [f64] {
+        let at = (frame * self.residual.len() + row) * 6;
+        &mut self.jacobian[at..at + 6]
+    }
+}
+
+/// One soft wish: a residual that a solver drives to zero.
+///
+/// An objective knows nothing of chains: it declares the frames that it reads and gives the derivative by
+/// their own six directions. To write one with automatic derivatives, implement
+/// [`Residual`](crate::Residual) instead.
+pub trait Objective: Debug + Send + Sync + 'static {
+    /// One lower-case word, as scenarios name it.
+    fn kind(&self) -> &'static str;
+
+    /// The joints whose world frames it reads.
+    fn joints(&self) -> &[JointId];
+
+    /// The parts of the residual that is computed from frames, in the order of their rows.
+    fn parts(&self) -> &[Part];
+
+    /// The loss of every part.
+    fn loss(&self) -> Loss;
+
+    /// What is wrong with its numbers; checked before every solve.
+    ///
+    /// # Errors
+    /// A short text that ends the sentence "the objective …", as in "has a target that is not finite".
+    fn check(&self) -> Result<(), &'static str>;
+
+    /// Computes the residual, and its derivative where [`Rows::wants_jacobian`].
+    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>);
+
+    /// Whether success asks for it. Objectives that only shape the pose say no.
+    fn mandatory(&self) -> bool {
+        true
+    }
+
+    /// The joints whose own motion it reads, each for as many more rows as the joint has degrees of
+    /// freedom. Most objectives read none.
+    fn motions(&self) -> &[JointId] {
+        &[]
+    }
+
+    /// The residual of the `idx`-th motion that it reads, in radians (metres for sliders), one row a degree of freedom.
+    ///
+    /// With `derivative`, also its derivative by the joint's own tangent, row by row (`n_dofs × n_dofs`,
+    /// zeros when it is called).
+    fn evaluate_motion(
+        &self,
+        idx: usize,
+        motion: &Motion,
+        coords: &[f64],
+        residual: &mut [f64],
+        derivative: Option<&mut [f64]>,
+    ) {
+        let _ = (idx, motion, coords, residual, derivative);
+    }
+
+    /// A text for people: what the objective aims at.
+    fn target(&self) -> Option<[f64; 3]> {
+        None
+    }
+
+    /// Something odd that does not stop a solve, such as a look-at point in the joint's own origin.
+    fn warning(&self, inputs: &Inputs<'_>) -> Option<&'static str> {
+        let _ = inputs;
+        None
+    }
+}

@@ -1,0 +1,86 @@
+//! Direction: an axis of a joint along a direction of the world.
+
+use glam::DVec3;
+use ikiru_rig::JointId;
+
+use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objectives::angles::{DirectionChange, check_axis, evaluate_direction, unit_axis};
+
+/// Turns an axis of a joint to a direction of the world: a palm down, a foot flat.
+///
+/// Residual: the angle between the two, 2 rows in radians whose length is the angle (see
+/// [`LookAt`](crate::objectives::LookAt) for its singular points).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction {
+    /// The joint to turn.
+    pub joint: JointId,
+    /// The axis, in the joint's frame; any length but 0.
+    pub axis: DVec3,
+    /// Where it should point, in the world; any length but 0.
+    pub target: DVec3,
+    /// The loss.
+    pub loss: Loss,
+}
+
+impl Direction {
+    /// `axis` along `target`, squared loss.
+    #[must_use]
+    pub fn new(joint: JointId, axis: DVec3, target: DVec3) -> Self {
+        Self { joint, axis, target, loss: Loss::Squared }
+    }
+}
+
+impl Objective for Direction {
+    fn kind(&self) -> &'static str {
+        "direction"
+    }
+
+    fn joints(&self) -> &[JointId] {
+        std::slice::from_ref(&self.joint)
+    }
+
+    fn parts(&self) -> &[Part] {
+        &[Part { n_rows: 2, unit: Unit::Radians }]
+    }
+
+    fn loss(&self) -> Loss {
+        self.loss
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        check_axis(self.axis)?;
+        check_axis(self.target).map_err(|_| "has a target direction that is not finite, or of length 0")
+    }
+
+    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
+        let change =
+            DirectionChange { direction: unit_axis(self.target), origin_factor: 0.0, arm: DVec3::ZERO };
+        evaluate_direction(&inputs.frames[0], unit_axis(self.axis), &change, rows);
+    }
+
+    fn target(&self) -> Option<[f64; 3]> {
+        Some(self.target.to_array())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::check_on_random_rigs;
+
+    #[test]
+    fn derivatives() {
+        check_on_random_rigs(|joints, random| {
+            let loss = [Loss::Squared, Loss::Norm][random.below(2)];
+            Direction { joint: joints[0], axis: random.vector(2.0), target: random.vector(3.0), loss }
+        });
+    }
+
+    #[test]
+    fn directions_without_length_are_refused() {
+        let good = Direction::new(JointId::from_index(0), DVec3::Y, DVec3::Z);
+        assert!(good.check().is_ok());
+        assert!(Direction { axis: DVec3::ZERO, ..good }.check().unwrap_err().contains("axis"));
+        assert!(Direction { target: DVec3::ZERO, ..good }.check().unwrap_err().contains("target"));
+    }
+}

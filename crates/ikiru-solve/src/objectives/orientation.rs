@@ -1,0 +1,101 @@
+//! Orientation: the rotation of a joint's frame in the world.
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::{Frame, JointId, Rotation, Vec3, rotation_vector};
+
+use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objectives::angles::inverse_right_jacobian;
+
+/// Turns a joint's frame to a rotation of the world.
+///
+/// Residual: the rotation vector `log(target⁻¹ · R)`, 3 rows in radians; its length is the angle between the
+/// two. At an angle of π, where two rotation vectors are as short, the one whose quaternion the
+/// conversion gives is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orientation {
+    /// The joint to turn.
+    pub joint: JointId,
+    /// `world_from_joint`'s rotation as it should be; any length but 0.
+    pub target: DQuat,
+    /// The loss.
+    pub loss: Loss,
+}
+
+impl Orientation {
+    /// The joint's frame at `target`, squared loss.
+    #[must_use]
+    pub fn new(joint: JointId, target: DQuat) -> Self {
+        Self { joint, target, loss: Loss::Squared }
+    }
+}
+
+impl Objective for Orientation {
+    fn kind(&self) -> &'static str {
+        "orientation"
+    }
+
+    fn joints(&self) -> &[JointId] {
+        std::slice::from_ref(&self.joint)
+    }
+
+    fn parts(&self) -> &[Part] {
+        &[Part { n_rows: 3, unit: Unit::Radians }]
+    }
+
+    fn loss(&self) -> Loss {
+        self.loss
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        check_rotation(self.target)
+    }
+
+    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
+        evaluate_orientation(&inputs.frames[0], self.target, 0, rows);
+    }
+}
+
+pub(super) fn check_rotation(rotation: DQuat) -> Result<(), &'static str> {
+    let length = rotation.length();
+    if length.is_finite() && length > 1e-100 { Ok(()) } else { Err("has a rotation that is not finite, or of length 0") }
+}
+
+/// Three rows from `first` on: the rotation vector from the target to the frame, in the target's axes.
+#[inline(always)]
+pub(super) fn evaluate_orientation(frame: &Frame<f64>, target: DQuat, first: usize, rows: &mut Rows<'_>) {
+    let target = Rotation::<f64>::constant(target.normalize());
+    let error = target.inverse().compose(&frame.rotation);
+    let phi = rotation_vector(error.quaternion());
+    rows.residual[first..first + 3].copy_from_slice(&phi.to_array());
+    if rows.wants_jacobian() {
+        // The frame turns to exp(ω) R, so the error to error · exp(Rᵀ ω).
+        let inverse = inverse_right_jacobian(phi);
+        for row in 0..3 {
+            let by_body: DVec3 = inverse.row(row);
+            let by_world = frame.rotation.apply(Vec3::from(by_body)).value();
+            rows.derivative(0, first + row)[3..].copy_from_slice(&by_world.to_array());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::check_on_random_rigs;
+
+    #[test]
+    fn derivatives() {
+        check_on_random_rigs(|joints, random| {
+            let loss = [Loss::Squared, Loss::Norm][random.below(2)];
+            Orientation { joint: joints[0], target: random.rotation(), loss }
+        });
+    }
+
+    #[test]
+    fn a_rotation_without_length_is_refused() {
+        let zero = Orientation::new(JointId::from_index(0), DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0));
+        assert!(zero.check().is_err());
+        assert!(Orientation { target: DQuat::NAN, ..zero }.check().is_err());
+        assert!(Orientation { target: DQuat::from_xyzw(0.0, 0.0, 3.0, 4.0), ..zero }.check().is_ok());
+    }
+}

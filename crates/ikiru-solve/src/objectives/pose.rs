@@ -1,0 +1,84 @@
+//! Pose: position and orientation of a joint together.
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::JointId;
+
+use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objectives::orientation::{check_rotation, evaluate_orientation};
+use crate::objectives::position::{check_point, check_target, evaluate_position};
+
+/// Brings a point of a joint to a point of the world and the joint's frame to a rotation.
+///
+/// Residual: 3 rows in metres as [`Position`](crate::objectives::Position), then 3 rows in radians as
+/// [`Orientation`](crate::objectives::Orientation); the loss and a tolerance hold for each part alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseTarget {
+    /// The joint to move.
+    pub joint: JointId,
+    /// The point, in the joint's frame (metres).
+    pub point: DVec3,
+    /// Where the point should be, in the world (metres).
+    pub position: DVec3,
+    /// `world_from_joint`'s rotation as it should be; any length but 0.
+    pub rotation: DQuat,
+    /// The loss of each part.
+    pub loss: Loss,
+}
+
+impl PoseTarget {
+    /// The joint's frame at `position` and `rotation`, squared loss.
+    #[must_use]
+    pub fn new(joint: JointId, position: DVec3, rotation: DQuat) -> Self {
+        Self { joint, point: DVec3::ZERO, position, rotation, loss: Loss::Squared }
+    }
+}
+
+impl Objective for PoseTarget {
+    fn kind(&self) -> &'static str {
+        "pose"
+    }
+
+    fn joints(&self) -> &[JointId] {
+        std::slice::from_ref(&self.joint)
+    }
+
+    fn parts(&self) -> &[Part] {
+        &[Part { n_rows: 3, unit: Unit::Metres }, Part { n_rows: 3, unit: Unit::Radians }]
+    }
+
+    fn loss(&self) -> Loss {
+        self.loss
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        check_point(self.point)?;
+        check_target(self.position)?;
+        check_rotation(self.rotation)
+    }
+
+    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
+        evaluate_position(&inputs.frames[0], self.point, self.position, rows);
+        evaluate_orientation(&inputs.frames[0], self.rotation, 3, rows);
+    }
+
+    fn target(&self) -> Option<[f64; 3]> {
+        Some(self.position.to_array())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::check_on_random_rigs;
+
+    #[test]
+    fn derivatives() {
+        check_on_random_rigs(|joints, random| PoseTarget {
+            joint: joints[0],
+            point: random.vector(0.2),
+            position: random.vector(1.0),
+            rotation: random.rotation(),
+            loss: Loss::Squared,
+        });
+    }
+}

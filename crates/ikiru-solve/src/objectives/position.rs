@@ -1,0 +1,106 @@
+//! Position: a point of a joint at a point of the world (the paper's equation 16).
+
+use glam::DVec3;
+use ikiru_rig::{Frame, JointId};
+
+use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+
+/// Brings a point of a joint to a point of the world.
+///
+/// Residual: `world_from_joint · point − target`, 3 rows in metres. With [`Loss::Norm`] the cost is the
+/// paper's unsquared distance (equation 16).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Position {
+    /// The joint to move.
+    pub joint: JointId,
+    /// The point, in the joint's frame (metres).
+    pub point: DVec3,
+    /// Where it should be, in the world (metres).
+    pub target: DVec3,
+    /// The loss.
+    pub loss: Loss,
+}
+
+impl Position {
+    /// The joint's origin at `target`, squared loss.
+    #[must_use]
+    pub fn new(joint: JointId, target: DVec3) -> Self {
+        Self { joint, point: DVec3::ZERO, target, loss: Loss::Squared }
+    }
+}
+
+impl Objective for Position {
+    fn kind(&self) -> &'static str {
+        "position"
+    }
+
+    fn joints(&self) -> &[JointId] {
+        std::slice::from_ref(&self.joint)
+    }
+
+    fn parts(&self) -> &[Part] {
+        &[Part { n_rows: 3, unit: Unit::Metres }]
+    }
+
+    fn loss(&self) -> Loss {
+        self.loss
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        check_point(self.point)?;
+        check_target(self.target)
+    }
+
+    #[inline]
+    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
+        evaluate_position(&inputs.frames[0], self.point, self.target, rows);
+    }
+
+    fn target(&self) -> Option<[f64; 3]> {
+        Some(self.target.to_array())
+    }
+}
+
+pub(super) fn check_point(point: DVec3) -> Result<(), &'static str> {
+    if point.is_finite() { Ok(()) } else { Err("has a point that is not finite") }
+}
+
+pub(super) fn check_target(target: DVec3) -> Result<(), &'static str> {
+    if target.is_finite() { Ok(()) } else { Err("has a target that is not finite") }
+}
+
+/// The first three rows: where the point is, seen from where it should be.
+#[inline(always)]
+pub(super) fn evaluate_position(frame: &Frame<f64>, point: DVec3, target: DVec3, rows: &mut Rows<'_>) {
+    let arm = frame.rotation.apply_constant(point).value();
+    let residual = frame.origin.value() + arm - target;
+    rows.residual[..3].copy_from_slice(&residual.to_array());
+    if rows.wants_jacobian() {
+        // The point moves by v + ω × arm.
+        rows.derivative(0, 0).copy_from_slice(&[1.0, 0.0, 0.0, 0.0, arm.z, -arm.y]);
+        rows.derivative(0, 1).copy_from_slice(&[0.0, 1.0, 0.0, -arm.z, 0.0, arm.x]);
+        rows.derivative(0, 2).copy_from_slice(&[0.0, 0.0, 1.0, arm.y, -arm.x, 0.0]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::check_on_random_rigs;
+
+    #[test]
+    fn derivatives() {
+        check_on_random_rigs(|joints, random| {
+            let loss = [Loss::Squared, Loss::Norm, Loss::Huber { width: 0.3 }][random.below(3)];
+            Position { joint: joints[0], point: random.vector(0.3), target: random.vector(1.0), loss }
+        });
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_refused() {
+        let good = Position::new(JointId::from_index(0), DVec3::ZERO);
+        assert!(good.check().is_ok());
+        assert!(Position { target: DVec3::NAN, ..good }.check().unwrap_err().contains("target"));
+        assert!(Position { point: DVec3::INFINITY, ..good }.check().unwrap_err().contains("point"));
+    }
+}

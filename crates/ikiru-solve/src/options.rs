@@ -1,0 +1,88 @@
+//! How to solve: method, search, and the stopping rules of the paper's section 3.6.
+
+use std::time::Duration;
+
+/// How a single start is improved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Method {
+    /// Bounded Levenberg–Marquardt: second order, limits by an active set.
+    #[default]
+    Lm,
+    /// The paper's cautious Adam (equations 8 to 15), to compare with.
+    Adam(AdamOptions),
+}
+
+/// The settings of [`Method::Adam`]; the defaults are those of the paper's authors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdamOptions {
+    /// Learning rate η.
+    pub rate: f64,
+    /// Decay of the gradient's mean, β₁.
+    pub beta1: f64,
+    /// Decay of the squared gradient's mean, β₂.
+    pub beta2: f64,
+    /// ε in the denominator.
+    pub epsilon: f64,
+}
+
+impl Default for AdamOptions {
+    fn default() -> Self {
+        Self { rate: 0.1, beta1: 0.9, beta2: 0.999, epsilon: 1e-8 }
+    }
+}
+
+/// Where the answer is looked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Search {
+    /// From the start alone: the answer stays in the start's basin, as frame-by-frame use needs it.
+    #[default]
+    Local,
+    /// From the start, then from a fixed sequence of other poses until one succeeds; the best answer is kept.
+    Global {
+        /// How many more starts at most.
+        max_restarts: usize,
+    },
+}
+
+/// How to solve. All fields have defaults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverOptions {
+    /// How a single start is improved; [`Method::Lm`] by default.
+    pub method: Method,
+    /// Where the answer is looked for; [`Search::Local`] by default.
+    pub search: Search,
+    /// Success means a cost below this (the paper's equation 22). `None`, the default: success means every
+    /// mandatory term within its tolerance, and the solver goes on until it converges.
+    pub cost_below: Option<f64>,
+    /// Most iterations of one start (equation 21); 500 by default, as in the paper.
+    pub max_iterations: usize,
+    /// Time budget of the whole solve (equations 23 and 24); none by default. Only where it is set is a clock read.
+    pub max_time: Option<Duration>,
+}
+
+impl Default for SolverOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            search: Search::default(),
+            cost_below: None,
+            max_iterations: 500,
+            max_time: None,
+        }
+    }
+}
+
+impl SolverOptions {
+    pub(crate) fn check(&self) -> Result<(), &'static str> {
+        if self.cost_below.is_some_and(|c| !c.is_finite()) {
+            return Err("cost_below must be finite");
+        }
+        if let Method::Adam(a) = self.method {
+            let rates = [a.beta1, a.beta2].iter().all(|b| (0.0..1.0).contains(b));
+            if !(a.rate.is_finite() && a.rate > 0.0 && a.epsilon.is_finite() && a.epsilon > 0.0 && rates) {
+                return Err("adam needs a positive rate and epsilon, and betas from 0 up to 1");
+            }
+        }
+        Ok(())
+    }
+}

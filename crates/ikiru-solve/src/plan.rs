@@ -1,0 +1,359 @@
+//! The plan of a problem: the tree reduced to what moves and what is read, and where everything lies.
+//!
+//! Joints between two nodes of the reduced tree are folded into one fixed link, rows are ordered so that
+//! those below a joint are neighbours, and each degree of freedom knows the rows that it can move.
+
+use std::ops::Range;
+
+use ikiru_rig::{JointId, Motion, Rig};
+
+use crate::objective::{Loss, Unit};
+use crate::problem::Problem;
+
+/// No parent in the reduced tree.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// A joint of the reduced tree: one that moves, or whose frame is read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    pub(crate) parent: u32,
+    /// `Fixed` where the joint does not move in this problem.
+    pub(crate) motion: Motion,
+    /// Where its coordinates (or its leader's) lie.
+    pub(crate) coord: u32,
+    /// Where its directions lie, and how many there are.
+    pub(crate) screw: u32,
+    pub(crate) n_screws: u32,
+    /// The degree of freedom of its first direction.
+    pub(crate) dof: u32,
+    /// `(multiplier, offset)` of a joint that follows another.
+    pub(crate) mimic: Option<(f64, f64)>,
+}
+
+/// A joint with degrees of freedom of its own that moves in this problem.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mover {
+    pub(crate) joint: JointId,
+    pub(crate) motion: Motion,
+    pub(crate) coord: usize,
+    pub(crate) n_coords: usize,
+    pub(crate) dof: usize,
+    pub(crate) n_dofs: usize,
+    /// Where its coordinates lie in the pose.
+    pub(crate) pose_coord: usize,
+}
+
+/// A local motion that a term reads.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotionRead {
+    pub(crate) motion: Motion,
+    pub(crate) coord: usize,
+    pub(crate) n_coords: usize,
+    pub(crate) n_rows: usize,
+    /// Where its degrees of freedom lie; `None` for a joint that does not move.
+    pub(crate) dof: Option<usize>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PartPlan {
+    pub(crate) n_rows: usize,
+    pub(crate) unit: Unit,
+}
+
+/// Where a term's rows, frames and parts lie.
+#[derive(Clone, Debug)]
+pub(crate) struct TermPlan {
+    pub(crate) term: usize,
+    /// Nodes whose frames it reads.
+    pub(crate) nodes: Vec<u32>,
+    /// Its rows that come from frames.
+    pub(crate) rows: Range<usize>,
+    /// Its parts, the one of its motions last.
+    pub(crate) parts: Range<usize>,
+    pub(crate) motions: Vec<MotionRead>,
+    pub(crate) has_motion_part: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Plan {
+    pub(crate) nodes: Vec<Node>,
+    /// For each node, the joints of its link in [`link_joints`](Self::link_joints), from the top.
+    pub(crate) links: Vec<Range<usize>>,
+    pub(crate) link_joints: Vec<JointId>,
+    pub(crate) movers: Vec<Mover>,
+    pub(crate) terms: Vec<TermPlan>,
+    pub(crate) parts: Vec<PartPlan>,
+    /// For each degree of freedom, the first and past-the-last row that it can move, and where they are stored.
+    pub(crate) spans: Vec<Span>,
+    /// Coordinates that are read but do not move: (where they are kept, where they lie in the pose, how many).
+    pub(crate) held: Vec<(usize, usize, usize)>,
+    pub(crate) n_coords: usize,
+    pub(crate) n_dofs: usize,
+    pub(crate) n_screws: usize,
+    pub(crate) n_rows: usize,
+    pub(crate) n_jacobian: usize,
+    pub(crate) has_motions: bool,
+    pub(crate) has_cones: bool,
+    signature: Signature,
+}
+
+/// Rows `first..first + len` of a degree of freedom, stored from `start` on.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Span {
+    pub(crate) first: usize,
+    pub(crate) len: usize,
+    pub(crate) start: usize,
+}
+
+/// What a plan was made for. Solves compare it, so that a changed problem is planned anew.
+#[derive(Clone, Debug, Default)]
+struct Signature {
+    rig: Option<Rig>,
+    active: Vec<bool>,
+    terms: Vec<(Vec<JointId>, Vec<JointId>, Vec<crate::objective::Part>, Loss)>,
+}
+
+impl Plan {
+    /// Whether it still fits the problem. Does not allocate.
+    pub(crate) fn fits(&self, problem: &Problem) -> bool {
+        let s = &self.signature;
+        s.rig.as_ref().is_some_and(|rig| rig.is_same(problem.rig()))
+            && s.active == problem.active_flags()
+            && s.terms.len() == problem.terms().len()
+            && s.terms.iter().zip(problem.terms()).all(|((joints, motions, parts, _), term)| {
+                let o = &term.objective;
+                joints == o.joints() && motions == o.motions() && parts == o.parts()
+            })
+    }
+
+    /// Plans a problem whose joint ids are all valid.
+    pub(crate) fn new(problem: &Problem) -> Self {
+        let rig = problem.rig();
+        let mut plan = Self { signature: Signature::of(problem), ..Self::default() };
+        let order = depth_first(rig);
+        let moves = plan.place_movers(problem, &order);
+        let node_of = plan.place_nodes(problem, &order, &moves);
+        plan.place_terms(problem, &node_of);
+        plan.place_rows();
+        plan
+    }
+
+    /// Decides which joints move, and lays out their coordinates. The answer holds, for each joint, the mover that
+    /// drives it.
+    fn place_movers(&mut self, problem: &Problem, order: &[JointId]) -> Vec<Option<usize>> {
+        let rig = problem.rig();
+        // A joint matters if a frame below it is read, or its own motion is, or a follower of it matters.
+        let mut matters = vec![false; rig.n_joints()];
+        for term in problem.terms() {
+            for joint in term.objective.joints() {
+                for ancestor in rig.ancestors(*joint) {
+                    if std::mem::replace(&mut matters[ancestor.index()], true) {
+                        break;
+                    }
+                }
+            }
+        }
+        for id in rig.ids() {
+            if let Some(mimic) = rig.joints()[id.index()].mimic
+                && matters[id.index()]
+            {
+                matters[mimic.leader.index()] = true;
+            }
+        }
+        for joint in problem.terms().iter().flat_map(|t| t.objective.motions()) {
+            matters[joint.index()] = true;
+        }
+        let mut driver = vec![None; rig.n_joints()];
+        for &joint in order {
+            let data = &rig.joints()[joint.index()];
+            if !problem.is_active(joint) || !matters[joint.index()] || data.n_dofs() == 0 {
+                continue;
+            }
+            driver[joint.index()] = Some(self.movers.len());
+            self.movers.push(Mover {
+                joint,
+                motion: data.motion,
+                coord: self.n_coords,
+                n_coords: data.n_coords(),
+                dof: self.n_dofs,
+                n_dofs: data.n_dofs(),
+                pose_coord: rig.coords_of(joint).start,
+            });
+            self.has_cones |= data.motion.cone().is_some();
+            self.n_coords += data.n_coords();
+            self.n_dofs += data.n_dofs();
+        }
+        for id in rig.ids() {
+            if let Some(mimic) = rig.joints()[id.index()].mimic {
+                driver[id.index()] = driver[mimic.leader.index()];
+            }
+        }
+        driver
+    }
+
+    /// Builds the reduced tree: every joint above a frame that is read, and that moves or is read itself.
+    fn place_nodes(&mut self, problem: &Problem, order: &[JointId], driver: &[Option<usize>]) -> Vec<u32> {
+        let rig = problem.rig();
+        let mut read = vec![false; rig.n_joints()];
+        let mut above = vec![false; rig.n_joints()];
+        for joint in problem.terms().iter().flat_map(|t| t.objective.joints()) {
+            read[joint.index()] = true;
+            for ancestor in rig.ancestors(*joint) {
+                if std::mem::replace(&mut above[ancestor.index()], true) {
+                    break;
+                }
+            }
+        }
+        let mut node_of = vec![NONE; rig.n_joints()];
+        for &joint in order {
+            let idx = joint.index();
+            if !read[idx] && !(above[idx] && driver[idx].is_some()) {
+                continue;
+            }
+            let data = &rig.joints()[idx];
+            let mut link: Vec<JointId> = rig.ancestors(joint).take_while(|j| *j == joint || node_of[j.index()] == NONE).collect();
+            let top = link.last().copied().unwrap_or(joint);
+            let parent = rig.joints()[top.index()].parent.map_or(NONE, |p| node_of[p.index()]);
+            link.reverse();
+            let mut node = Node {
+                parent,
+                motion: Motion::Fixed,
+                coord: 0,
+                screw: u32_of(self.n_screws),
+                n_screws: 0,
+                dof: 0,
+                mimic: None,
+            };
+            if let Some(mover) = driver[idx].map(|m| &self.movers[m]) {
+                node.motion = data.motion;
+                node.coord = u32_of(mover.coord);
+                node.dof = u32_of(mover.dof);
+                node.n_screws = u32_of(data.motion.n_dofs());
+                node.mimic = data.mimic.map(|m| (m.multiplier, m.offset));
+                self.n_screws += data.motion.n_dofs();
+            }
+            node_of[idx] = u32_of(self.nodes.len());
+            self.links.push(self.link_joints.len()..self.link_joints.len() + link.len());
+            self.link_joints.extend(link);
+            self.nodes.push(node);
+        }
+        node_of
+    }
+
+    fn place_terms(&mut self, problem: &Problem, node_of: &[u32]) {
+        let rig = problem.rig();
+        let mut n_coords = self.n_coords;
+        for (idx, term) in problem.terms().iter().enumerate() {
+            let objective = &term.objective;
+            let first_part = self.parts.len();
+            self.parts.extend(objective.parts().iter().map(|p| PartPlan { n_rows: p.n_rows, unit: p.unit }));
+            let motions: Vec<MotionRead> = objective
+                .motions()
+                .iter()
+                .map(|&joint| {
+                    let data = &rig.joints()[joint.index()];
+                    let (n_coords_of, n_rows) = (data.n_coords(), data.n_dofs());
+                    let mover = self.movers.iter().find(|m| m.joint == joint);
+                    let coord = mover.map_or_else(
+                        || {
+                            self.held.push((n_coords, rig.coords_of(joint).start, n_coords_of));
+                            n_coords += n_coords_of;
+                            n_coords - n_coords_of
+                        },
+                        |m| m.coord,
+                    );
+                    let dof = mover.map(|m| m.dof);
+                    MotionRead { motion: data.motion, coord, n_coords: n_coords_of, n_rows, dof }
+                })
+                .collect();
+            let has_motion_part = !motions.is_empty();
+            if has_motion_part {
+                self.has_motions = true;
+                let n_rows = motions.iter().map(|m| m.n_rows).sum();
+                self.parts.push(PartPlan { n_rows, unit: Unit::Radians });
+            }
+            self.terms.push(TermPlan {
+                term: idx,
+                nodes: objective.joints().iter().map(|j| node_of[j.index()]).collect(),
+                rows: 0..objective.parts().iter().map(|p| p.n_rows).sum(),
+                parts: first_part..self.parts.len(),
+                motions,
+                has_motion_part,
+            });
+        }
+    }
+
+    /// Gives rows to the terms in the order of the tree, and to each degree of freedom the span of rows that
+    /// it can move. Below a joint lies one run of nodes, so that the spans are tight.
+    fn place_rows(&mut self) {
+        let mut by_tree: Vec<usize> = (0..self.terms.len()).collect();
+        by_tree.sort_by_key(|t| self.terms[*t].nodes.first().copied().unwrap_or(NONE));
+        for t in by_tree {
+            let n_rows = self.terms[t].rows.len();
+            self.terms[t].rows = self.n_rows..self.n_rows + n_rows;
+            self.n_rows += n_rows;
+        }
+        let mut ends = vec![(usize::MAX, 0usize); self.n_dofs];
+        for term in self.terms.iter().filter(|t| !t.rows.is_empty()) {
+            for &read in &term.nodes {
+                let mut at = read;
+                while let Some(node) = self.nodes.get(at as usize) {
+                    let n_dofs = if node.mimic.is_some() { node.n_screws.min(1) } else { node.n_screws };
+                    for end in &mut ends[node.dof as usize..(node.dof + n_dofs) as usize] {
+                        *end = (end.0.min(term.rows.start), end.1.max(term.rows.end));
+                    }
+                    at = node.parent;
+                }
+            }
+        }
+        // The degrees of freedom of one joint share their span.
+        for (first, last) in ends {
+            let len = last.saturating_sub(first);
+            self.spans.push(Span { first: if len == 0 { 0 } else { first }, len, start: self.n_jacobian });
+            self.n_jacobian += len;
+        }
+    }
+
+    /// How many coordinates are kept: those that move, and those that are only read.
+    pub(crate) fn n_kept_coords(&self) -> usize {
+        self.n_coords + self.held.iter().map(|h| h.2).sum::<usize>()
+    }
+}
+
+impl Signature {
+    fn of(problem: &Problem) -> Self {
+        let terms = problem.terms().iter().map(|t| {
+            let o = &t.objective;
+            (o.joints().to_vec(), o.motions().to_vec(), o.parts().to_vec(), o.loss())
+        });
+        Self { rig: Some(problem.rig().clone()), active: problem.active_flags().to_vec(), terms: terms.collect() }
+    }
+}
+
+/// All joints, each with everything below it in one run.
+fn depth_first(rig: &Rig) -> Vec<JointId> {
+    let n = rig.n_joints();
+    // Children as linked lists, filled from the back so that they come out in order.
+    let (mut first_child, mut next_sibling) = (vec![None; n], vec![None; n]);
+    let mut first_root = None;
+    for id in rig.ids().rev() {
+        let head = match rig.joints()[id.index()].parent {
+            Some(parent) => &mut first_child[parent.index()],
+            None => &mut first_root,
+        };
+        next_sibling[id.index()] = head.replace(id);
+    }
+    let mut order = Vec::with_capacity(n);
+    let mut stack = Vec::from_iter(first_root);
+    while let Some(id) = stack.pop() {
+        order.push(id);
+        stack.extend(next_sibling[id.index()]);
+        stack.extend(first_child[id.index()]);
+    }
+    order
+}
+
+/// A rig has at most 100,000 joints of at most 6 degrees of freedom, so that this never saturates.
+fn u32_of(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,173 @@
+//! What came of a solve: success, the reason it ended, every term's residual, and what is in the way.
+
+use ikiru_rig::{JointId, Motion};
+
+use crate::objective::Unit;
+
+/// Why a solve ended. Not converging is a result, and the best pose found always comes back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// The bar was met: the cost below `cost_below`, or every mandatory term within its tolerance.
+    Reached,
+    /// No step makes the cost smaller by more than rounding: this is a (local) best.
+    Converged,
+    /// The allowed iterations were used up (the paper's equation 21).
+    IterationLimit,
+    /// The time budget was used up (the paper's equations 23 and 24).
+    TimeBudget,
+    /// The method found no better pose, although the gradient says that there is one.
+    NoProgress,
+    /// Something in the problem or pose is not usable; the pose was not touched.
+    InvalidInput,
+}
+
+impl StopReason {
+    /// Lower-case words, as `--json` prints them: `reached`, `iteration_limit`, …
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reached => "reached",
+            Self::Converged => "converged",
+            Self::IterationLimit => "iteration_limit",
+            Self::TimeBudget => "time_budget",
+            Self::NoProgress => "no_progress",
+            Self::InvalidInput => "invalid_input",
+        }
+    }
+}
+
+/// What is not usable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Invalid {
+    /// A term, and what is wrong with it: a text that ends the sentence "the objective …".
+    Term(usize, &'static str),
+    /// The pose, and what is wrong with it.
+    Pose(&'static str),
+    /// The solver's options, and what is wrong with them.
+    Options(&'static str),
+}
+
+/// The state of one term at the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TermReport {
+    /// The objective's kind.
+    pub kind: &'static str,
+    /// The first joint that it reads.
+    pub joint: Option<JointId>,
+    /// The weight λ.
+    pub weight: f64,
+    /// Length of the first part's residual, in `unit`.
+    pub residual: f64,
+    /// Unit of `residual`.
+    pub unit: Unit,
+    /// Length and unit of the second part's residual, for objectives that have two.
+    pub second: Option<(f64, Unit)>,
+    /// What the term adds to the cost: `λ · ρ(r)`.
+    pub cost: f64,
+    /// Whether every part is within its tolerance.
+    pub satisfied: bool,
+    /// Whether success asks for it.
+    pub mandatory: bool,
+    /// Something odd that did not stop the solve.
+    pub warning: Option<&'static str>,
+}
+
+/// Which of a joint's limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LimitKind {
+    /// The angle or offset of a hinge or slider.
+    Value,
+    /// The angle of an Euler joint about an axis (0 = x).
+    Angle(usize),
+    /// The swing cone of a ball.
+    Swing,
+    /// The twist range of a ball.
+    Twist,
+}
+
+/// A limit that the pose lies on and that the cost pushes against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActiveLimit {
+    /// The joint.
+    pub joint: JointId,
+    /// Which of its limits.
+    pub kind: LimitKind,
+    /// How much the cost would fall for each radian (or metre) beyond it.
+    pub multiplier: f64,
+}
+
+impl ActiveLimit {
+    pub(crate) fn of_coordinate(joint: JointId, motion: &Motion, idx: usize, multiplier: f64) -> Self {
+        let kind = if let Motion::Euler { .. } = motion { LimitKind::Angle(idx) } else { LimitKind::Value };
+        Self { joint, kind, multiplier }
+    }
+}
+
+/// What keeps the worst unmet term from its target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Obstacle {
+    /// A joint limit: the term pushes against it.
+    Limit(ActiveLimit),
+    /// Another term, by position: it pulls the other way.
+    Term(usize),
+    /// Neither: the target is out of reach from here.
+    Reach,
+}
+
+/// What came of a solve.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// Whether the bar was met.
+    pub success: bool,
+    /// Why it ended.
+    pub stop: StopReason,
+    /// The cost J of the pose that came back.
+    pub cost: f64,
+    /// Iterations over all starts.
+    pub iterations: usize,
+    /// Starts beyond the first.
+    pub restarts: usize,
+    /// Whether the start lay outside its limits and was moved inside.
+    pub start_projected: bool,
+    /// The terms, in the order in which they were added.
+    pub terms: &'a [TermReport],
+    /// The limits that the pose lies on and the cost pushes against, the strongest first.
+    pub limits: &'a [ActiveLimit],
+    /// Where the bar was not met: the worst unmet term and what is in its way.
+    pub obstacle: Option<(usize, Obstacle)>,
+    /// What was not usable, where `stop` is [`StopReason::InvalidInput`].
+    pub invalid: Option<Invalid>,
+}
+
+/// The parts of a report that do not borrow.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Summary {
+    pub(crate) success: bool,
+    pub(crate) stop: StopReason,
+    pub(crate) cost: f64,
+    pub(crate) iterations: usize,
+    pub(crate) restarts: usize,
+    pub(crate) start_projected: bool,
+    pub(crate) obstacle: Option<(usize, Obstacle)>,
+    pub(crate) invalid: Option<Invalid>,
+}
+
+impl Summary {
+    pub(crate) fn invalid(invalid: Invalid) -> Self {
+        Self {
+            success: false,
+            stop: StopReason::InvalidInput,
+            cost: f64::INFINITY,
+            iterations: 0,
+            restarts: 0,
+            start_projected: false,
+            obstacle: None,
+            invalid: Some(invalid),
+        }
+    }
+
+    pub(crate) fn report<'a>(self, terms: &'a [TermReport], limits: &'a [ActiveLimit]) -> Report<'a> {
+        let Self { success, stop, cost, iterations, restarts, start_projected, obstacle, invalid } = self;
+        Report { success, stop, cost, iterations, restarts, start_projected, terms, limits, obstacle, invalid }
+    }
+}

@@ -1,0 +1,175 @@
+//! Objectives of your own: residuals written once over any [`Scalar`], derivatives by dual numbers.
+
+use std::fmt::Debug;
+
+use ikiru_rig::{Dual, Frame, JointId, Rotation, Scalar, Vec3};
+
+use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+
+/// An objective of your own, differentiated automatically and exactly.
+///
+/// The residual is computed once with plain numbers, and once for each frame that it reads with dual numbers
+/// seeded on the frame's six directions: no tape, no compile step, and a cost that does not grow with the
+/// number of joints above.
+///
+/// ```
+/// use ikiru_rig::{Frame, JointId, Scalar};
+/// use ikiru_solve::Residual;
+///
+/// /// Keeps two joints a given distance (metres) apart.
+/// #[derive(Debug)]
+/// struct KeepApart {
+///     joints: [JointId; 2],
+///     distance: f64,
+/// }
+///
+/// impl Residual for KeepApart {
+///     fn joints(&self) -> &[JointId] {
+///         &self.joints
+///     }
+///     fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]) {
+///         residual[0] = frames[0].origin.distance(frames[1].origin) - S::from(self.distance);
+///     }
+/// }
+/// ```
+pub trait Residual: Debug + Send + Sync + 'static {
+    /// The joints whose world frames it reads.
+    fn joints(&self) -> &[JointId];
+
+    /// Computes the residual: `frames` are those of [`joints`](Self::joints), `residual` has
+    /// [`n_rows`](Self::n_rows) entries, in metres or radians.
+    fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]);
+
+    /// How many rows the residual has; 1 unless said otherwise. It must not change between solves without
+    /// need: memory is laid out by it.
+    fn n_rows(&self) -> usize {
+        1
+    }
+
+    /// What the residual is measured in; metres unless said otherwise.
+    fn unit(&self) -> Unit {
+        Unit::Metres
+    }
+
+    /// The loss on the residual's length; squared unless said otherwise.
+    fn loss(&self) -> Loss {
+        Loss::Squared
+    }
+
+    /// What is wrong with its numbers; nothing unless said otherwise.
+    ///
+    /// # Errors
+    /// A short text that ends the sentence "the objective …".
+    fn check(&self) -> Result<(), &'static str> {
+        Ok(())
+    }
+
+    /// A name for reports.
+    fn kind(&self) -> &'static str {
+        "custom"
+    }
+
+    /// Whether success asks for it; yes unless said otherwise.
+    fn mandatory(&self) -> bool {
+        true
+    }
+}
+
+/// Part lists for residuals of up to [`MOST_ROWS`] rows, so that [`Objective::parts`] can hand out a slice.
+macro_rules! parts_of {
+    ($unit:expr) => {{
+        static PARTS: [Part; MOST_ROWS + 1] = {
+            let mut parts = [Part { n_rows: 0, unit: $unit }; MOST_ROWS + 1];
+            let mut n_rows = 0;
+            while n_rows <= MOST_ROWS {
+                parts[n_rows].n_rows = n_rows;
+                n_rows += 1;
+            }
+            parts
+        };
+        &PARTS
+    }};
+}
+
+/// The most rows that one custom residual may have; more are refused when a solve starts.
+pub const MOST_ROWS: usize = 1024;
+
+impl<R: Residual> Objective for R {
+    fn kind(&self) -> &'static str {
+        Residual::kind(self)
+    }
+
+    fn joints(&self) -> &[JointId] {
+        Residual::joints(self)
+    }
+
+    fn parts(&self) -> &[Part] {
+        let parts: &'static [Part; MOST_ROWS + 1] = match self.unit() {
+            Unit::Metres => parts_of!(Unit::Metres),
+            Unit::Radians => parts_of!(Unit::Radians),
+        };
+        std::slice::from_ref(&parts[self.n_rows().min(MOST_ROWS)])
+    }
+
+    fn loss(&self) -> Loss {
+        Residual::loss(self)
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        if self.n_rows() > MOST_ROWS {
+            return Err("has more than 1024 rows");
+        }
+        Residual::check(self)
+    }
+
+    fn mandatory(&self) -> bool {
+        Residual::mandatory(self)
+    }
+
+    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
+        Residual::evaluate(self, inputs.frames, rows.residual);
+        if !rows.wants_jacobian() {
+            return;
+        }
+        let mut scratch = std::mem::take(rows.scratch);
+        let n_rows = rows.residual.len();
+        scratch.frames.clear();
+        scratch.frames.extend(inputs.frames.iter().map(Frame::constant));
+        for (idx, frame) in inputs.frames.iter().enumerate() {
+            scratch.frames[idx] = seeded(frame);
+            scratch.residual.clear();
+            scratch.residual.resize(n_rows, Dual::from(0.0));
+            Residual::evaluate(self, &scratch.frames, &mut scratch.residual);
+            for (row, value) in scratch.residual.iter().enumerate() {
+                rows.derivative(idx, row).copy_from_slice(&value.derivatives);
+            }
+            scratch.frames[idx] = Frame::constant(frame);
+        }
+        *rows.scratch = scratch;
+    }
+}
+
+/// A frame whose derivatives are its own six directions: three of its origin, three of its rotation.
+fn seeded(frame: &Frame<f64>) -> Frame<Dual<6>> {
+    let axes = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)];
+    // A column turns with ω: its derivative in direction k is e_k × column.
+    let turning = |column: Vec3<f64>| {
+        let mut dual = Vec3::<Dual<6>>::constant(column.value());
+        for (k, axis) in axes.into_iter().enumerate() {
+            let change = axis.cross(column);
+            dual.x.derivatives[3 + k] = change.x;
+            dual.y.derivatives[3 + k] = change.y;
+            dual.z.derivatives[3 + k] = change.z;
+        }
+        dual
+    };
+    let r = &frame.rotation;
+    Frame {
+        rotation: Rotation { x: turning(r.x), y: turning(r.y), z: turning(r.z) },
+        origin: Vec3::new(
+            Dual::variable(frame.origin.x, 0),
+            Dual::variable(frame.origin.y, 1),
+            Dual::variable(frame.origin.z, 2),
+        ),
+    }
+}

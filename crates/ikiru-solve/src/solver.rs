@@ -1,0 +1,266 @@
+//! The solver: options on one side, a problem, a pose and a workspace on the other, a report out.
+
+use ikiru_rig::Pose;
+
+use crate::objective::Inputs;
+use crate::options::SolverOptions;
+use crate::plan::Plan;
+use crate::problem::Problem;
+use crate::report::{ActiveLimit, Invalid, LimitKind, Obstacle, Report, Summary, TermReport};
+use crate::solvers::adam::whole_gradient;
+use crate::solvers::search::{Budget, Outcome, Searcher};
+use crate::state::State;
+
+/// Solves problems by its options. Cheap to make and to copy: memory is the [`Workspace`]'s.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Solver {
+    options: SolverOptions,
+}
+
+/// Scratch memory for one problem at a time. A solve with a workspace that has seen the problem does not
+/// allocate; one with another problem plans anew.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace {
+    plan: Plan,
+    state: State,
+    searcher: Searcher,
+    terms: Vec<TermReport>,
+    limits: Vec<ActiveLimit>,
+    gradient: Vec<f64>,
+    worst_gradient: Vec<f64>,
+}
+
+impl Workspace {
+    fn fit(&mut self, problem: &Problem) {
+        if self.plan.fits(problem) {
+            return;
+        }
+        let plan = Plan::new(problem);
+        self.state = State::new(&plan);
+        self.searcher = Searcher::new(&plan);
+        self.terms = Vec::with_capacity(plan.terms.len());
+        self.limits = Vec::with_capacity(plan.n_dofs);
+        self.gradient = vec![0.0; plan.n_dofs];
+        self.worst_gradient = vec![0.0; plan.n_dofs];
+        self.plan = plan;
+    }
+}
+
+impl Solver {
+    /// A solver with the given options.
+    #[must_use]
+    pub fn new(options: SolverOptions) -> Self {
+        Self { options }
+    }
+
+    /// The options.
+    #[must_use]
+    pub fn options(&self) -> &SolverOptions {
+        &self.options
+    }
+
+    /// Memory for solving a problem, planned already.
+    #[must_use]
+    pub fn workspace(&self, problem: &Problem) -> Workspace {
+        let mut workspace = Workspace::default();
+        if problem.check().is_ok() {
+            workspace.fit(problem);
+        }
+        workspace
+    }
+
+    /// Improves a pose until the bar is met or a stopping rule says otherwise. The start is first moved inside
+    /// its limits; the best pose found comes back in `pose`. Joints that are not active stay as they are.
+    ///
+    /// Invalid input (a target that is not finite, a pose of another rig) stops at once with
+    /// [`StopReason::InvalidInput`](crate::StopReason::InvalidInput), the pose untouched.
+    pub fn solve<'w>(&self, problem: &Problem, pose: &mut Pose, workspace: &'w mut Workspace) -> Report<'w> {
+        workspace.terms.clear();
+        workspace.limits.clear();
+        let summary = match self.check(problem, pose) {
+            Ok(()) => {
+                workspace.fit(problem);
+                self.solve_valid(problem, pose, workspace)
+            }
+            Err(invalid) => Summary::invalid(invalid),
+        };
+        summary.report(&workspace.terms, &workspace.limits)
+    }
+
+    fn check(&self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
+        self.options.check().map_err(Invalid::Options)?;
+        problem.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
+        if !pose.rig().is_same(problem.rig()) {
+            return Err(Invalid::Pose("belongs to another rig than the problem"));
+        }
+        if !pose.is_valid() {
+            return Err(Invalid::Pose("has numbers that are not finite, or quaternions that are not of unit length"));
+        }
+        Ok(())
+    }
+
+    fn solve_valid(&self, problem: &Problem, pose: &mut Pose, w: &mut Workspace) -> Summary {
+        let mut budget = Budget::new(&self.options);
+        w.state.load(&w.plan, pose);
+        let start_projected = w.state.project(&w.plan);
+        let cost = w.state.evaluate(&w.plan, problem);
+        if !cost.is_finite() {
+            return Summary::invalid(invalid_term(&w.plan, problem, &w.state));
+        }
+        let (outcome, restarts) =
+            w.searcher.run(&self.options, &w.plan, problem, &mut w.state, cost, &mut budget);
+        w.state.store(&w.plan, pose);
+        self.summarize(problem, w, outcome, restarts, start_projected, budget.iterations)
+    }
+
+    fn summarize(
+        &self,
+        problem: &Problem,
+        w: &mut Workspace,
+        outcome: Outcome,
+        restarts: usize,
+        start_projected: bool,
+        iterations: usize,
+    ) -> Summary {
+        let cost = w.state.evaluate(&w.plan, problem);
+        report_terms(&w.plan, problem, &mut w.state, &mut w.terms);
+        let success = match self.options.cost_below {
+            Some(bar) => cost < bar,
+            None => w.terms.iter().all(|t| t.satisfied || !t.mandatory),
+        };
+        let stop = if success { crate::StopReason::Reached } else { outcome.stop };
+        let mut obstacle = None;
+        if success && self.options.cost_below.is_some() {
+            // Nothing is in the way, and this is the hot path: limits are left to who asks for tolerances.
+            w.limits.clear();
+        } else {
+            w.state.linearize(&w.plan, problem, false);
+            whole_gradient(&w.plan, &w.state, &mut w.gradient);
+            push_limits(&w.plan, &w.state, &w.gradient, &mut w.limits);
+            w.limits.sort_unstable_by(|a, b| b.multiplier.total_cmp(&a.multiplier));
+            if !success {
+                obstacle = find_obstacle(problem, w);
+            }
+        }
+        Summary { success, stop, cost, iterations, restarts, start_projected, obstacle, invalid: None }
+    }
+}
+
+/// The first term whose residual is not finite.
+fn invalid_term(plan: &Plan, problem: &Problem, state: &State) -> Invalid {
+    let bad = plan.terms.iter().find(|t| t.parts.clone().any(|p| !state.squares[p].is_finite()));
+    match bad {
+        Some(t) if problem.terms()[t.term].objective.motions().is_empty() => {
+            Invalid::Term(t.term, "gives a residual that is not finite")
+        }
+        Some(t) => Invalid::Term(t.term, "asks joints for something that their motion does not have, or is not finite"),
+        None => Invalid::Pose("gives a cost that is not finite"),
+    }
+}
+
+fn report_terms(plan: &Plan, problem: &Problem, state: &mut State, terms: &mut Vec<TermReport>) {
+    for t in &plan.terms {
+        let term = &problem.terms()[t.term];
+        let objective = &term.objective;
+        let lengths = |part: usize| (state.squares[part].sqrt(), plan.parts[part].unit);
+        let mut parts = t.parts.clone();
+        let (residual, unit) = parts.next().map_or((0.0, crate::Unit::Metres), lengths);
+        let second = parts.next().map(lengths);
+        let mut cost = 0.0;
+        let mut satisfied = true;
+        for part in t.parts.clone() {
+            cost += term.weight * objective.loss().cost(state.squares[part]);
+            satisfied &= state.squares[part].sqrt() <= term.tolerance.of(plan.parts[part].unit);
+        }
+        let warning = if t.nodes.is_empty() {
+            None
+        } else {
+            objective.warning(&Inputs { frames: state.frames_of(t) })
+        };
+        terms.push(TermReport {
+            kind: objective.kind(),
+            joint: objective.joints().first().or(objective.motions().first()).copied(),
+            weight: term.weight,
+            residual,
+            unit,
+            second,
+            cost,
+            satisfied,
+            mandatory: term.mandatory,
+            warning,
+        });
+    }
+}
+
+/// How near to a limit a pose counts as on it, for reports.
+const ON_LIMIT: f64 = 1e-7;
+
+/// The limits that the pose lies on and that a gradient pushes against.
+fn push_limits(plan: &Plan, state: &State, gradient: &[f64], limits: &mut Vec<ActiveLimit>) {
+    for m in &plan.movers {
+        for (i, range) in m.motion.ranges().iter().enumerate() {
+            let (x, g) = (state.coords[m.coord + i], gradient[m.dof + i]);
+            if (x <= range.min + ON_LIMIT && g > 0.0) || (x >= range.max - ON_LIMIT && g < 0.0) {
+                limits.push(ActiveLimit::of_coordinate(m.joint, &m.motion, i, g.abs()));
+            }
+        }
+        let Some(cone) = m.motion.cone() else { continue };
+        let coord = m.coord + m.n_coords - 4;
+        let q = glam::DQuat::from_slice(&state.coords[coord..coord + 4]);
+        let g = glam::DVec3::from_slice(&gradient[m.dof + m.n_dofs - 3..m.dof + m.n_dofs]);
+        for (slot, normal) in cone.normals(q, ON_LIMIT).into_iter().enumerate() {
+            let Some(normal) = normal else { continue };
+            let push = -g.dot(normal.direction);
+            let push = if normal.both_ways { push.abs() } else { push };
+            if push > 0.0 && limits.len() < limits.capacity() {
+                let kind = if slot < 2 { LimitKind::Swing } else { LimitKind::Twist };
+                limits.push(ActiveLimit { joint: m.joint, kind, multiplier: push });
+            }
+        }
+    }
+}
+
+/// The worst unmet term and what is in its way: a limit that it pushes against, another term that pulls the
+/// other way, or neither.
+fn find_obstacle(problem: &Problem, w: &mut Workspace) -> Option<(usize, Obstacle)> {
+    // Unmet before met, mandatory before optional, then the most expensive.
+    let rank = |t: &TermReport| (!t.satisfied, t.mandatory);
+    let worst = w.terms.iter().enumerate().max_by(|(_, a), (_, b)| rank(a).cmp(&rank(b)).then(a.cost.total_cmp(&b.cost)))?.0;
+    term_gradient(&w.plan, &w.state, worst, &mut w.worst_gradient);
+    let square = w.worst_gradient.iter().map(|g| g * g).sum::<f64>();
+    if square == 0.0 {
+        return Some((worst, Obstacle::Reach));
+    }
+    // Of the limits that the whole cost pushes against, the one that the worst term pushes against most.
+    let strongest = w.limits.first().copied();
+    let mut opposing: Option<(usize, f64)> = None;
+    for term in (0..problem.n_terms()).filter(|t| *t != worst) {
+        term_gradient(&w.plan, &w.state, term, &mut w.gradient);
+        let along = w.gradient.iter().zip(&w.worst_gradient).map(|(a, b)| a * b).sum::<f64>() / square;
+        if along < -0.1 && opposing.is_none_or(|(_, least)| along < least) {
+            opposing = Some((term, along));
+        }
+    }
+    let limit_part = strongest.map_or(0.0, |l| l.multiplier * l.multiplier / square);
+    Some((
+        worst,
+        match (strongest, opposing) {
+            (Some(limit), Some((_, along))) if limit_part > along * along => Obstacle::Limit(limit),
+            (_, Some((term, _))) => Obstacle::Term(term),
+            (Some(limit), None) if limit_part > 1e-3 => Obstacle::Limit(limit),
+            _ => Obstacle::Reach,
+        },
+    ))
+}
+
+/// The gradient of one term, as of the last linearization.
+fn term_gradient(plan: &Plan, state: &State, term: usize, gradient: &mut [f64]) {
+    gradient.fill(0.0);
+    let Some(t) = plan.terms.iter().find(|t| t.term == term) else { return };
+    for (k, span) in plan.spans.iter().enumerate() {
+        let (first, last) = (span.first.max(t.rows.start), (span.first + span.len).min(t.rows.end));
+        for row in first..last {
+            gradient[k] += 2.0 * state.jacobian[span.start + row - span.first] * state.scaled[row];
+        }
+    }
+}

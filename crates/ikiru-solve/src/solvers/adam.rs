@@ -1,0 +1,104 @@
+//! The paper's cautious Adam (equations 8 to 15), as its authors run it: gradients of the whole cost, clipped to the
+//! limits, the best of the clipped iterates kept.
+
+use crate::options::AdamOptions;
+use crate::plan::Plan;
+use crate::problem::Problem;
+use crate::report::StopReason;
+use crate::solvers::search::{Bar, Budget, Outcome};
+use crate::state::State;
+
+/// Memory of the method.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Adam {
+    mean: Vec<f64>,
+    square: Vec<f64>,
+    gradient: Vec<f64>,
+    delta: Vec<f64>,
+    from: Vec<f64>,
+    best: Vec<f64>,
+}
+
+impl Adam {
+    pub(crate) fn new(plan: &Plan) -> Self {
+        let n = plan.n_dofs;
+        Self {
+            mean: vec![0.0; n],
+            square: vec![0.0; n],
+            gradient: vec![0.0; n],
+            delta: vec![0.0; n],
+            from: vec![0.0; plan.n_kept_coords()],
+            best: vec![0.0; plan.n_kept_coords()],
+        }
+    }
+
+    /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
+    pub(crate) fn run(
+        &mut self,
+        options: &AdamOptions,
+        plan: &Plan,
+        problem: &Problem,
+        state: &mut State,
+        cost: f64,
+        bar: &Bar,
+        budget: &mut Budget,
+    ) -> Outcome {
+        let n = plan.n_dofs;
+        let mut best = cost;
+        let mut cost = cost;
+        self.mean.fill(0.0);
+        self.square.fill(0.0);
+        self.best.copy_from_slice(&state.coords);
+        let (mut power1, mut power2) = (1.0, 1.0);
+        let stop = loop {
+            if bar.is_met(plan, problem, state, cost) {
+                break StopReason::Reached;
+            }
+            if let Some(stop) = budget.spend() {
+                break stop;
+            }
+            state.linearize(plan, problem, false);
+            whole_gradient(plan, state, &mut self.gradient);
+            if n == 0 || self.gradient.iter().all(|g| *g == 0.0) {
+                break StopReason::Converged;
+            }
+            power1 *= options.beta1;
+            power2 *= options.beta2;
+            let mut n_agreeing = 0;
+            for k in 0..n {
+                let g = self.gradient[k];
+                self.mean[k] = options.beta1 * self.mean[k] + (1.0 - options.beta1) * g; // equation 8
+                self.square[k] = options.beta2 * self.square[k] + (1.0 - options.beta2) * g * g; // equation 9
+                n_agreeing += usize::from(self.mean[k] * g > 0.0);
+            }
+            // Equation 13, its mean bounded from below by 1e-3 as the authors have it; no second factor α.
+            let mask = 1.0 / (n_agreeing as f64 / n as f64).max(1e-3);
+            for k in 0..n {
+                let mean = self.mean[k] / (1.0 - power1); // equation 10
+                let square = self.square[k] / (1.0 - power2); // equation 11
+                let agrees = self.mean[k] * self.gradient[k] > 0.0;
+                let cautious = if agrees { mean * mask } else { 0.0 };
+                self.delta[k] = -options.rate * cautious / (square.sqrt() + options.epsilon); // equation 12
+            }
+            self.from.copy_from_slice(&state.coords);
+            state.step(plan, &self.from, &self.delta);
+            cost = state.evaluate(plan, problem);
+            if cost < best {
+                best = cost;
+                self.best.copy_from_slice(&state.coords);
+            }
+        };
+        state.coords.copy_from_slice(&self.best);
+        Outcome { cost: best, stop }
+    }
+}
+
+/// The gradient of the cost by every degree of freedom.
+pub(crate) fn whole_gradient(plan: &Plan, state: &State, gradient: &mut [f64]) {
+    for (k, span) in plan.spans.iter().enumerate() {
+        let column = &state.jacobian[span.start..span.start + span.len];
+        let rows = &state.scaled[span.first..span.first + span.len];
+        let sum = column.iter().zip(rows).map(|(a, b)| a * b).sum::<f64>();
+        gradient[k] = 2.0 * (state.motion_gradient[k] + sum);
+    }
+}

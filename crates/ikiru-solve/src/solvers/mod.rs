@@ -1,0 +1,7 @@
+//! The methods that improve a single start, and the search over many.
+
+pub(crate) mod adam;
+pub(crate) mod lm;
+pub(crate) mod search;
+pub(crate) mod seeds;
+pub(crate) mod step;

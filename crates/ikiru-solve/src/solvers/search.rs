@@ -1,0 +1,252 @@
+//! Search: one start, or many until one succeeds, with the bar and the budget that all of them share.
+
+use std::time::{Duration, Instant};
+
+use crate::options::{Method, Search, SolverOptions};
+use crate::plan::Plan;
+use crate::problem::Problem;
+use crate::report::StopReason;
+use crate::solvers::adam::Adam;
+use crate::solvers::lm::Lm;
+use crate::solvers::seeds::Seeds;
+use crate::state::State;
+
+/// How many poses of the sequence are looked at for each restart; the cheapest is started from.
+const SCREENED: usize = 4;
+
+/// What came of one start.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome {
+    pub(crate) cost: f64,
+    pub(crate) stop: StopReason,
+}
+
+/// What counts as done.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bar {
+    pub(crate) cost_below: Option<f64>,
+    /// Whether another start waits, so that a slow one is given up.
+    pub(crate) impatient: bool,
+}
+
+impl Bar {
+    /// Whether the solve may end here. Without `cost_below` only a pose that meets every term exactly, within
+    /// rounding, ends it early: otherwise it goes on until it converges.
+    #[inline]
+    pub(crate) fn is_met(&self, _plan: &Plan, _problem: &Problem, _state: &State, cost: f64) -> bool {
+        match self.cost_below {
+            Some(bar) => cost < bar,
+            None => cost < 1e-24,
+        }
+    }
+
+    pub(crate) fn patience(&self, cost: f64) -> Patience {
+        Patience { impatient: self.impatient, last: cost, steps: 0, target: self.cost_below.unwrap_or(0.0) }
+    }
+}
+
+/// Gives up a start that gets on too slowly while others wait.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patience {
+    impatient: bool,
+    last: f64,
+    steps: usize,
+    target: f64,
+}
+
+/// Accepted steps over which progress is measured.
+const PATIENCE_STEPS: usize = 4;
+/// The part of the cost above the bar that must have gone by then.
+const PATIENCE_GAIN: f64 = 0.1;
+
+impl Patience {
+    #[inline]
+    pub(crate) fn is_over(&mut self, cost: f64) -> bool {
+        if !self.impatient {
+            return false;
+        }
+        self.steps += 1;
+        if self.steps < PATIENCE_STEPS {
+            return false;
+        }
+        self.steps = 0;
+        let slow = self.last - cost < PATIENCE_GAIN * (self.last - self.target);
+        self.last = cost;
+        slow
+    }
+}
+
+/// Iterations and time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Budget {
+    pub(crate) iterations: usize,
+    of_this_start: usize,
+    most: usize,
+    started: Option<(Instant, Duration)>,
+}
+
+impl Budget {
+    pub(crate) fn new(options: &SolverOptions) -> Self {
+        Self {
+            iterations: 0,
+            of_this_start: 0,
+            most: options.max_iterations,
+            started: options.max_time.map(|most| (Instant::now(), most)),
+        }
+    }
+
+    fn next_start(&mut self) {
+        self.of_this_start = 0;
+    }
+
+    /// Counts one more iteration, or says why there may be none (equations 21, 23 and 24: with the mean
+    /// time of an iteration so far, one more would end after the budget).
+    #[inline]
+    pub(crate) fn spend(&mut self) -> Option<StopReason> {
+        if self.of_this_start >= self.most {
+            return Some(StopReason::IterationLimit);
+        }
+        if self.is_late() {
+            return Some(StopReason::TimeBudget);
+        }
+        self.of_this_start += 1;
+        self.iterations += 1;
+        None
+    }
+
+    #[inline]
+    fn is_late(&self) -> bool {
+        let Some((start, most)) = self.started else { return false };
+        let spent = start.elapsed();
+        let mean = spent / u32::try_from(self.iterations.max(1)).unwrap_or(u32::MAX);
+        spent + mean > most
+    }
+}
+
+/// Memory of all methods and of the search.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Searcher {
+    pub(crate) lm: Lm,
+    adam: Adam,
+    seeds: Seeds,
+    start: Vec<f64>,
+    best: Vec<f64>,
+    screened: Vec<f64>,
+}
+
+impl Searcher {
+    pub(crate) fn new(plan: &Plan) -> Self {
+        let zeros = vec![0.0; plan.n_kept_coords()];
+        Self {
+            lm: Lm::new(plan),
+            adam: Adam::new(plan),
+            seeds: Seeds::new(plan),
+            start: zeros.clone(),
+            best: zeros.clone(),
+            screened: zeros,
+        }
+    }
+
+    /// Solves from the coordinates in `state`, whose cost is `cost`; the best pose found is in `state`
+    /// afterwards, evaluated. The second number counts restarts.
+    pub(crate) fn run(
+        &mut self,
+        options: &SolverOptions,
+        plan: &Plan,
+        problem: &Problem,
+        state: &mut State,
+        cost: f64,
+        budget: &mut Budget,
+    ) -> (Outcome, usize) {
+        let max_restarts = match options.search {
+            Search::Local => 0,
+            Search::Global { max_restarts } => max_restarts,
+        };
+        let mut bar = Bar { cost_below: options.cost_below, impatient: max_restarts > 0 };
+        if max_restarts == 0 {
+            let outcome = self.run_once(options, plan, problem, state, cost, &bar, budget);
+            return (outcome, 0);
+        }
+        self.start.copy_from_slice(&state.coords);
+        let mut best = self.run_once(options, plan, problem, state, cost, &bar, budget);
+        self.best.copy_from_slice(&state.coords);
+        let mut restarts = 0;
+        let mut success = self.succeeded(options, plan, problem, state, &best);
+        while !success && restarts < max_restarts && best.stop != StopReason::TimeBudget {
+            budget.next_start();
+            let cost = self.screen(plan, problem, state, restarts);
+            restarts += 1;
+            let outcome = self.run_once(options, plan, problem, state, cost, &bar, budget);
+            success = self.succeeded(options, plan, problem, state, &outcome);
+            if success || outcome.cost < best.cost {
+                best = outcome;
+                self.best.copy_from_slice(&state.coords);
+            } else if outcome.stop == StopReason::TimeBudget {
+                best.stop = outcome.stop;
+            }
+        }
+        state.coords.copy_from_slice(&self.best);
+        let cost = state.evaluate(plan, problem);
+        if !success && best.stop != StopReason::TimeBudget {
+            // Starts were given up while others waited: the best of them is now followed to its end.
+            bar.impatient = false;
+            budget.next_start();
+            best = self.run_once(options, plan, problem, state, cost, &bar, budget);
+        }
+        (best, restarts)
+    }
+
+    /// Whether a start met the bar; re-evaluates the pose where tolerances decide.
+    fn succeeded(
+        &self,
+        options: &SolverOptions,
+        plan: &Plan,
+        problem: &Problem,
+        state: &mut State,
+        outcome: &Outcome,
+    ) -> bool {
+        match options.cost_below {
+            Some(bar) => outcome.cost < bar,
+            None => {
+                state.evaluate(plan, problem);
+                state.is_satisfied(plan, problem)
+            }
+        }
+    }
+
+    fn run_once(
+        &mut self,
+        options: &SolverOptions,
+        plan: &Plan,
+        problem: &Problem,
+        state: &mut State,
+        cost: f64,
+        bar: &Bar,
+        budget: &mut Budget,
+    ) -> Outcome {
+        match &options.method {
+            Method::Lm => self.lm.run(plan, problem, state, cost, bar, budget),
+            Method::Adam(adam) => self.adam.run(adam, plan, problem, state, cost, bar, budget),
+        }
+    }
+
+    /// Looks at some poses of the sequence and leaves the cheapest in `state`, evaluated.
+    fn screen(&mut self, plan: &Plan, problem: &Problem, state: &mut State, restart: usize) -> f64 {
+        let mut best = f64::INFINITY;
+        let mut last = 0;
+        for i in 0..SCREENED {
+            self.seeds.write(plan, restart * SCREENED + i, &self.start, &mut state.coords);
+            let cost = state.evaluate(plan, problem);
+            if cost < best || i == 0 {
+                best = cost;
+                last = i;
+                self.screened.copy_from_slice(&state.coords);
+            }
+        }
+        if last + 1 < SCREENED {
+            state.coords.copy_from_slice(&self.screened);
+            best = state.evaluate(plan, problem);
+        }
+        best
+    }
+}

@@ -1,0 +1,326 @@
+//! The state of a solve: coordinates, frames, residuals and their derivative, in memory that is kept.
+
+use ikiru_rig::{Frame, Motion, Pose, Vec3, kinematics, project_joint, retract_joint};
+
+use crate::objective::{Inputs, Rows, Scratch};
+use crate::plan::{NONE, Plan};
+use crate::problem::Problem;
+
+/// Everything that changes while a problem is solved.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct State {
+    /// Coordinates of the movers, then those that are only read.
+    pub(crate) coords: Vec<f64>,
+    /// Fixed transform of each node from its parent, and whether it only translates.
+    links: Vec<(Frame<f64>, bool)>,
+    frames: Vec<Frame<f64>>,
+    /// World axis of each direction of each node.
+    directions: Vec<Vec3<f64>>,
+    /// Residuals from frames, as the objectives gave them.
+    pub(crate) residual: Vec<f64>,
+    /// Squared length of each part's residual.
+    pub(crate) squares: Vec<f64>,
+    /// `λ · ρ'` of each part, as of the last linearization.
+    pub(crate) weights: Vec<f64>,
+    /// Residuals from frames, times the root of their part's weight, as of the last linearization.
+    pub(crate) scaled: Vec<f64>,
+    /// The derivative of `scaled` by the degrees of freedom, as [`Plan::spans`] says.
+    pub(crate) jacobian: Vec<f64>,
+    /// Half the gradient and the curvature of the terms that read motions.
+    pub(crate) motion_gradient: Vec<f64>,
+    pub(crate) motion_curvature: Vec<f64>,
+    gathered: Vec<Frame<f64>>,
+    term_jacobian: Vec<f64>,
+    motion_residual: [f64; 6],
+    motion_jacobian: Vec<f64>,
+    scratch: Scratch,
+}
+
+impl State {
+    pub(crate) fn new(plan: &Plan) -> Self {
+        let most = |f: &dyn Fn(&crate::plan::TermPlan) -> usize| plan.terms.iter().map(f).max().unwrap_or(0);
+        let identity = Frame::identity();
+        let most_rows = most(&|t| t.rows.len());
+        Self {
+            coords: vec![0.0; plan.n_kept_coords()],
+            links: vec![(identity, false); plan.nodes.len()],
+            frames: vec![identity; plan.nodes.len()],
+            directions: vec![Vec3::zero(); plan.n_screws],
+            residual: vec![0.0; plan.n_rows],
+            squares: vec![0.0; plan.parts.len()],
+            weights: vec![0.0; plan.parts.len()],
+            scaled: vec![0.0; plan.n_rows],
+            jacobian: vec![0.0; plan.n_jacobian],
+            motion_gradient: vec![0.0; plan.n_dofs],
+            motion_curvature: vec![0.0; plan.n_dofs],
+            gathered: vec![identity; most(&|t| t.nodes.len())],
+            term_jacobian: vec![0.0; most(&|t| t.nodes.len() * t.rows.len() * 6)],
+            motion_residual: [0.0; 6],
+            motion_jacobian: vec![0.0; 36],
+            scratch: Scratch {
+                frames: Vec::with_capacity(most(&|t| t.nodes.len())),
+                residual: Vec::with_capacity(most_rows),
+            },
+        }
+    }
+
+    /// Takes over a pose: coordinates of what moves, links of what does not.
+    pub(crate) fn load(&mut self, plan: &Plan, pose: &Pose) {
+        self.load_coords(plan, pose);
+        let rig = pose.rig();
+        for (idx, range) in plan.links.iter().enumerate() {
+            let mut link = Frame::identity();
+            let joints = &plan.link_joints[range.clone()];
+            for (position, &joint) in joints.iter().enumerate() {
+                link = kinematics::rest_frame(rig, joint, &link);
+                let moves = position + 1 == joints.len() && !matches!(plan.nodes[idx].motion, Motion::Fixed);
+                if !moves {
+                    pose.apply_motion_to(joint, &mut link);
+                }
+            }
+            let is_translation = link.rotation == ikiru_rig::Rotation::identity();
+            self.links[idx] = (link, is_translation);
+        }
+    }
+
+    fn load_coords(&mut self, plan: &Plan, pose: &Pose) {
+        for m in &plan.movers {
+            self.coords[m.coord..m.coord + m.n_coords]
+                .copy_from_slice(&pose.coords()[m.pose_coord..m.pose_coord + m.n_coords]);
+        }
+        for &(to, from, n) in &plan.held {
+            self.coords[to..to + n].copy_from_slice(&pose.coords()[from..from + n]);
+        }
+    }
+
+    /// Writes the coordinates of what moves into a pose.
+    pub(crate) fn store(&self, plan: &Plan, pose: &mut Pose) {
+        let coords = pose.coords_mut();
+        for m in &plan.movers {
+            coords[m.pose_coord..m.pose_coord + m.n_coords]
+                .copy_from_slice(&self.coords[m.coord..m.coord + m.n_coords]);
+        }
+    }
+
+    /// Moves every joint that is outside its limits to the nearest value inside; says whether one was.
+    pub(crate) fn project(&mut self, plan: &Plan) -> bool {
+        let mut moved = false;
+        for m in &plan.movers {
+            moved |= project_joint(&m.motion, &mut self.coords[m.coord..m.coord + m.n_coords]);
+        }
+        moved
+    }
+
+    /// `coords := project(from ⊕ tangent)`.
+    pub(crate) fn step(&mut self, plan: &Plan, from: &[f64], tangent: &[f64]) {
+        self.coords[..plan.n_coords].copy_from_slice(&from[..plan.n_coords]);
+        for m in &plan.movers {
+            let coords = &mut self.coords[m.coord..m.coord + m.n_coords];
+            retract_joint(&m.motion, coords, &tangent[m.dof..m.dof + m.n_dofs]);
+            project_joint(&m.motion, coords);
+        }
+    }
+
+    /// Forward kinematics of the reduced tree.
+    #[inline]
+    fn forward(&mut self, plan: &Plan) {
+        for (idx, node) in plan.nodes.iter().enumerate() {
+            let (link, is_translation) = &self.links[idx];
+            let mut frame = if node.parent == NONE {
+                *link
+            } else {
+                let parent = &self.frames[node.parent as usize];
+                let origin = parent.point(link.origin);
+                let rotation =
+                    if *is_translation { parent.rotation } else { parent.rotation.compose(&link.rotation) };
+                Frame { rotation, origin }
+            };
+            let directions = &mut self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
+            let coords = &self.coords[node.coord as usize..];
+            match node.mimic {
+                None => kinematics::apply_motion::<f64, true>(&node.motion, coords, &mut frame, directions),
+                Some((multiplier, offset)) => {
+                    let value = coords[0] * multiplier + offset;
+                    kinematics::apply_motion::<f64, true>(&node.motion, &[value], &mut frame, directions);
+                }
+            }
+            self.frames[idx] = frame;
+        }
+    }
+
+    /// Frames, residuals and cost at the current coordinates. A cost that is not a number comes out as
+    /// infinite, so that no step leads there.
+    pub(crate) fn evaluate(&mut self, plan: &Plan, problem: &Problem) -> f64 {
+        self.forward(plan);
+        let mut cost = 0.0;
+        for t in &plan.terms {
+            let term = &problem.terms()[t.term];
+            let objective = &term.objective;
+            let loss = objective.loss();
+            let mut part = t.parts.start;
+            if !t.rows.is_empty() {
+                let residual = &mut self.residual[t.rows.clone()];
+                let gathered = &mut self.gathered[..t.nodes.len()];
+                for (to, node) in gathered.iter_mut().zip(&t.nodes) {
+                    *to = self.frames[*node as usize];
+                }
+                objective.evaluate(&Inputs { frames: gathered }, &mut Rows::new(residual, &mut [], &mut self.scratch));
+                let mut rest: &[f64] = residual;
+                while part < t.parts.end - usize::from(t.has_motion_part) {
+                    let (rows, others) = rest.split_at(plan.parts[part].n_rows);
+                    let square = rows.iter().map(|r| r * r).sum::<f64>();
+                    self.squares[part] = square;
+                    cost += term.weight * loss.cost(square);
+                    rest = others;
+                    part += 1;
+                }
+            }
+            if t.has_motion_part {
+                let part = t.parts.end - 1;
+                let mut square = 0.0;
+                for (idx, m) in t.motions.iter().enumerate() {
+                    let residual = &mut self.motion_residual[..m.n_rows];
+                    let coords = &self.coords[m.coord..m.coord + m.n_coords];
+                    objective.evaluate_motion(idx, &m.motion, coords, residual, None);
+                    square += residual.iter().map(|r| r * r).sum::<f64>();
+                }
+                self.squares[part] = square;
+                cost += term.weight * loss.cost(square);
+            }
+        }
+        if cost.is_nan() { f64::INFINITY } else { cost }
+    }
+
+    /// The derivative of the residuals at the coordinates that were evaluated last, rows scaled by the root
+    /// of their weight `λ · ρ'` (by 1 where `plain`).
+    pub(crate) fn linearize(&mut self, plan: &Plan, problem: &Problem, plain: bool) {
+        self.jacobian.fill(0.0);
+        self.motion_gradient.fill(0.0);
+        self.motion_curvature.fill(0.0);
+        for t in &plan.terms {
+            let term = &problem.terms()[t.term];
+            let loss = term.objective.loss();
+            for part in t.parts.clone() {
+                self.weights[part] = if plain { 1.0 } else { term.weight * loss.weight(self.squares[part]) };
+            }
+            if !t.rows.is_empty() {
+                self.linearize_frames(plan, problem, t);
+            }
+            if t.has_motion_part {
+                self.linearize_motions(problem, t);
+            }
+        }
+    }
+
+    fn linearize_frames(&mut self, plan: &Plan, problem: &Problem, t: &crate::plan::TermPlan) {
+        let n_rows = t.rows.len();
+        let gathered = &mut self.gathered[..t.nodes.len()];
+        for (to, node) in gathered.iter_mut().zip(&t.nodes) {
+            *to = self.frames[*node as usize];
+        }
+        let scaled = &mut self.scaled[t.rows.clone()];
+        let jacobian = &mut self.term_jacobian[..t.nodes.len() * n_rows * 6];
+        jacobian.fill(0.0);
+        let mut rows = Rows::new(scaled, jacobian, &mut self.scratch);
+        problem.terms()[t.term].objective.evaluate(&Inputs { frames: gathered }, &mut rows);
+        let mut first = 0;
+        for part in t.parts.start..t.parts.end - usize::from(t.has_motion_part) {
+            let (last, scale) = (first + plan.parts[part].n_rows, self.weights[part].sqrt());
+            for row in first..last {
+                scaled[row] *= scale;
+                for frame in 0..t.nodes.len() {
+                    let at = (frame * n_rows + row) * 6;
+                    for entry in &mut jacobian[at..at + 6] {
+                        *entry *= scale;
+                    }
+                }
+            }
+            first = last;
+        }
+        // The shared walk: for a rotation about axis a through o, a frame at p moves by a × (p − o) and
+        // turns by a. With rows (f, m) by velocity and turn, a's entry is a · ((p − o) × f + m).
+        for (frame, &read) in t.nodes.iter().enumerate() {
+            let rows = &self.term_jacobian[frame * n_rows * 6..(frame + 1) * n_rows * 6];
+            let p = self.frames[read as usize].origin;
+            let mut at = read;
+            while let Some(node) = plan.nodes.get(at as usize) {
+                if node.n_screws > 0 {
+                    let directions = &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
+                    let arm = p - self.frames[at as usize].origin;
+                    let span = plan.spans[node.dof as usize];
+                    let offset = span.start + t.rows.start - span.first;
+                    let n_translations = match node.motion {
+                        Motion::Slider { .. } => 1,
+                        Motion::Free { .. } => 3,
+                        _ => 0,
+                    };
+                    let (factor, stride) = match node.mimic {
+                        Some((multiplier, _)) => (multiplier, 0),
+                        None => (1.0, span.len),
+                    };
+                    for (row, r) in rows.chunks_exact(6).enumerate() {
+                        let force = Vec3::new(r[0], r[1], r[2]);
+                        let moment = arm.cross(force) + Vec3::new(r[3], r[4], r[5]);
+                        for (k, direction) in directions.iter().enumerate() {
+                            let entry = direction.dot(if k < n_translations { force } else { moment });
+                            self.jacobian[offset + row + k * stride] += factor * entry;
+                        }
+                    }
+                }
+                at = node.parent;
+            }
+        }
+    }
+
+    fn linearize_motions(&mut self, problem: &Problem, t: &crate::plan::TermPlan) {
+        let objective = &problem.terms()[t.term].objective;
+        let weight = self.weights[t.parts.end - 1];
+        for (idx, m) in t.motions.iter().enumerate() {
+            let Some(dof) = m.dof else { continue };
+            let n = m.n_rows;
+            let residual = &mut self.motion_residual[..n];
+            let jacobian = &mut self.motion_jacobian[..n * n];
+            jacobian.fill(0.0);
+            let coords = &self.coords[m.coord..m.coord + m.n_coords];
+            objective.evaluate_motion(idx, &m.motion, coords, residual, Some(jacobian));
+            for k in 0..n {
+                let mut gradient = 0.0;
+                let mut curvature = 0.0;
+                for row in 0..n {
+                    gradient += jacobian[row * n + k] * residual[row];
+                    curvature += jacobian[row * n + k] * jacobian[row * n + k];
+                }
+                self.motion_gradient[dof + k] += weight * gradient;
+                self.motion_curvature[dof + k] += weight * curvature;
+            }
+        }
+        // The three directions of a ball share one curvature, the largest: a limit may mix them.
+        for m in t.motions.iter() {
+            let (Some(dof), Motion::Ball { .. } | Motion::Free { .. }) = (m.dof, &m.motion) else { continue };
+            let turns = &mut self.motion_curvature[dof + m.n_rows - 3..dof + m.n_rows];
+            let largest = turns.iter().fold(0.0, |a: f64, b| a.max(*b));
+            turns.fill(largest);
+        }
+    }
+
+    /// The frames that a term reads, as of the last evaluation.
+    pub(crate) fn frames_of(&mut self, t: &crate::plan::TermPlan) -> &[Frame<f64>] {
+        let gathered = &mut self.gathered[..t.nodes.len()];
+        for (to, node) in gathered.iter_mut().zip(&t.nodes) {
+            *to = self.frames[*node as usize];
+        }
+        gathered
+    }
+
+    /// Whether every mandatory term is within its tolerance, as of the last evaluation.
+    pub(crate) fn is_satisfied(&self, plan: &Plan, problem: &Problem) -> bool {
+        plan.terms.iter().all(|t| {
+            let term = &problem.terms()[t.term];
+            !term.mandatory
+                || t.parts.clone().all(|part| {
+                    let tolerance = term.tolerance.of(plan.parts[part].unit);
+                    self.squares[part] <= tolerance * tolerance
+                })
+        })
+    }
+}
