@@ -213,22 +213,19 @@ impl<S: Scalar> Rotation<S> {
         }
     }
 
-    /// `self` turned about its own x axis; likewise `turn_y` and `turn_z`.
+    /// `self` turned about its own x axis, by an angle's sine and cosine; likewise `turn_y` and `turn_z`.
     #[inline(always)]
-    pub(crate) fn turn_x(&mut self, angle: S) {
-        let (s, c) = angle.sin_cos();
+    pub(crate) fn turn_x(&mut self, (s, c): (S, S)) {
         (self.y, self.z) = (self.y * c + self.z * s, self.z * c - self.y * s);
     }
 
     #[inline(always)]
-    pub(crate) fn turn_y(&mut self, angle: S) {
-        let (s, c) = angle.sin_cos();
+    pub(crate) fn turn_y(&mut self, (s, c): (S, S)) {
         (self.z, self.x) = (self.z * c + self.x * s, self.x * c - self.z * s);
     }
 
     #[inline(always)]
-    pub(crate) fn turn_z(&mut self, angle: S) {
-        let (s, c) = angle.sin_cos();
+    pub(crate) fn turn_z(&mut self, (s, c): (S, S)) {
         (self.x, self.y) = (self.x * c + self.y * s, self.y * c - self.x * s);
     }
 }
@@ -331,9 +328,9 @@ mod tests {
             assert!(r.quaternion().dot(q).abs() > 1.0 - 1e-15);
         }
         let mut turned = Rotation::identity();
-        turned.turn_z(0.3);
-        turned.turn_y(-0.5);
-        turned.turn_x(0.7);
+        turned.turn_z(Scalar::sin_cos(0.3));
+        turned.turn_y(Scalar::sin_cos(-0.5));
+        turned.turn_x(Scalar::sin_cos(0.7));
         let q = DQuat::from_rotation_z(0.3) * DQuat::from_rotation_y(-0.5) * DQuat::from_rotation_x(0.7);
         assert!((turned.apply(v.into()).value() - q * v).length() < 1e-15);
         let frame = Frame::new(q, v);

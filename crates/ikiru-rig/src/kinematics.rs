@@ -36,19 +36,20 @@ pub fn apply_motion<S: Scalar, const DIRECTIONS: bool>(
             frame.origin += direction * coords[0];
         }
         Motion::Euler { order, .. } => {
-            let (coords, rotation) = (&coords[..3], &mut frame.rotation);
+            let (sin, cos) = S::sin_cos3([coords[0], coords[1], coords[2]]);
+            let rotation = &mut frame.rotation;
             for axis in order.axes() {
                 let direction = match axis {
                     0 => {
-                        rotation.turn_x(coords[0]);
+                        rotation.turn_x((sin[0], cos[0]));
                         rotation.x
                     }
                     1 => {
-                        rotation.turn_y(coords[1]);
+                        rotation.turn_y((sin[1], cos[1]));
                         rotation.y
                     }
                     _ => {
-                        rotation.turn_z(coords[2]);
+                        rotation.turn_z((sin[2], cos[2]));
                         rotation.z
                     }
                 };

@@ -38,6 +38,12 @@ pub trait Scalar:
     fn value(self) -> f64;
     /// Sine and cosine of an angle in radians.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of three angles in radians.
+    #[must_use]
+    fn sin_cos3(angles: [Self; 3]) -> ([Self; 3], [Self; 3]) {
+        let all = angles.map(Self::sin_cos);
+        (all.map(|a| a.0), all.map(|a| a.1))
+    }
     /// Square root; where the value is 0, the derivative is 0 (the least subgradient of a norm).
     fn sqrt(self) -> Self;
     /// The angle of the point `(x, self)`, in `(-π, π]`; at the origin both value and derivative are 0.
@@ -92,6 +98,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn sin_cos(self) -> (f64, f64) {
         trig::sin_cos(self)
+    }
+    #[inline(always)]
+    fn sin_cos3(angles: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        trig::sin_cos3(angles)
     }
     #[inline(always)]
     fn sqrt(self) -> f64 {

@@ -64,7 +64,11 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
                 // Not `step`: limits must not hold the difference back.
                 let coords = &mut at.coords[mover.coord..mover.coord + mover.n_coords];
                 coords.copy_from_slice(&start[mover.coord..mover.coord + mover.n_coords]);
-                ikiru_rig::retract_joint(&mover.motion, coords, &tangent[mover.dof..mover.dof + mover.n_dofs]);
+                ikiru_rig::retract_joint(
+                    &mover.motion,
+                    coords,
+                    &tangent[mover.dof..mover.dof + mover.n_dofs],
+                );
                 at.evaluate(&plan, problem);
                 at.linearize(&plan, problem, true);
                 tangent[dof] = 0.0;
@@ -88,7 +92,11 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
             }
             // Terms that read motions are summed up in a gradient: half that of their squares.
             let squares = |s: &State| {
-                plan.terms.iter().filter(|t| t.has_motion_part).map(|t| s.squares[t.parts.end - 1]).sum::<f64>()
+                plan.terms
+                    .iter()
+                    .filter(|t| t.has_motion_part)
+                    .map(|t| s.squares[t.parts.end - 1])
+                    .sum::<f64>()
             };
             let numeric = (squares(&ahead) - squares(&behind)) / (4.0 * STEP);
             if let Some(t) = plan.terms.iter().find(|t| t.has_motion_part) {

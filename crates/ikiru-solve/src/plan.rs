@@ -13,6 +13,9 @@ use crate::problem::Problem;
 /// No parent in the reduced tree.
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// Up to here, loops over rows of a known number beat leaving out the rows that a joint cannot move.
+const MOST_DENSE_ROWS: usize = 12;
+
 /// A joint of the reduced tree: one that moves, or whose frame is read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
@@ -80,11 +83,20 @@ pub(crate) struct Plan {
     /// For each node, the joints of its link in [`link_joints`](Self::link_joints), from the top.
     pub(crate) links: Vec<Range<usize>>,
     pub(crate) link_joints: Vec<JointId>,
+    /// Where in the pose the coordinates lie that the links are made from.
+    pub(crate) link_coords: Vec<usize>,
     pub(crate) movers: Vec<Mover>,
     pub(crate) terms: Vec<TermPlan>,
     pub(crate) parts: Vec<PartPlan>,
     /// For each degree of freedom, the first and past-the-last row that it can move, and where they are stored.
     pub(crate) spans: Vec<Span>,
+    /// The range of each degree of freedom; unlimited for those of balls.
+    pub(crate) lower: Vec<f64>,
+    pub(crate) upper: Vec<f64>,
+    /// Where the coordinate of each ranged degree of freedom lies (anywhere for those of balls).
+    pub(crate) coord_of_dof: Vec<usize>,
+    /// Whether every degree of freedom is one coordinate: no balls.
+    pub(crate) is_flat: bool,
     /// Coordinates that are read but do not move: (where they are kept, where they lie in the pose, how many).
     pub(crate) held: Vec<(usize, usize, usize)>,
     pub(crate) n_coords: usize,
@@ -92,9 +104,12 @@ pub(crate) struct Plan {
     pub(crate) n_screws: usize,
     pub(crate) n_rows: usize,
     pub(crate) n_jacobian: usize,
+    /// How many rows there are (3, 6, 9 or 12, the last ones empty) where they are so few that all are kept
+    /// for every degree of freedom.
+    pub(crate) dense_rows: Option<usize>,
     pub(crate) has_motions: bool,
     pub(crate) has_cones: bool,
-    signature: Signature,
+    pub(crate) signature: Signature,
 }
 
 /// Rows `first..first + len` of a degree of freedom, stored from `start` on.
@@ -107,7 +122,7 @@ pub(crate) struct Span {
 
 /// What a plan was made for. Solves compare it, so that a changed problem is planned anew.
 #[derive(Clone, Debug, Default)]
-struct Signature {
+pub(crate) struct Signature {
     rig: Option<Rig>,
     active: Vec<bool>,
     terms: Vec<(Vec<JointId>, Vec<JointId>, Vec<crate::objective::Part>, Loss)>,
@@ -163,6 +178,7 @@ impl Plan {
         for joint in problem.terms().iter().flat_map(|t| t.objective.motions()) {
             matters[joint.index()] = true;
         }
+        self.is_flat = true;
         let mut driver = vec![None; rig.n_joints()];
         for &joint in order {
             let data = &rig.joints()[joint.index()];
@@ -180,8 +196,16 @@ impl Plan {
                 pose_coord: rig.coords_of(joint).start,
             });
             self.has_cones |= data.motion.cone().is_some();
+            let ranges = data.motion.ranges();
+            for k in 0..data.n_dofs() {
+                let range = ranges.get(k).copied().unwrap_or_default();
+                self.lower.push(range.min);
+                self.upper.push(range.max);
+                self.coord_of_dof.push(self.n_coords + k.min(data.n_coords() - 1));
+            }
             self.n_coords += data.n_coords();
             self.n_dofs += data.n_dofs();
+            self.is_flat &= data.n_coords() == data.n_dofs();
         }
         for id in rig.ids() {
             if let Some(mimic) = rig.joints()[id.index()].mimic {
@@ -211,7 +235,8 @@ impl Plan {
                 continue;
             }
             let data = &rig.joints()[idx];
-            let mut link: Vec<JointId> = rig.ancestors(joint).take_while(|j| *j == joint || node_of[j.index()] == NONE).collect();
+            let mut link: Vec<JointId> =
+                rig.ancestors(joint).take_while(|j| *j == joint || node_of[j.index()] == NONE).collect();
             let top = link.last().copied().unwrap_or(joint);
             let parent = rig.joints()[top.index()].parent.map_or(NONE, |p| node_of[p.index()]);
             link.reverse();
@@ -233,6 +258,10 @@ impl Plan {
                 self.n_screws += data.motion.n_dofs();
             }
             node_of[idx] = u32_of(self.nodes.len());
+            for &held in link.iter().filter(|j| driver[j.index()].is_none()) {
+                let leader = rig.joints()[held.index()].mimic.map_or(held, |m| m.leader);
+                self.link_coords.extend(rig.coords_of(leader));
+            }
             self.links.push(self.link_joints.len()..self.link_joints.len() + link.len());
             self.link_joints.extend(link);
             self.nodes.push(node);
@@ -306,6 +335,11 @@ impl Plan {
                 }
             }
         }
+        if self.n_rows <= MOST_DENSE_ROWS {
+            self.n_rows = self.n_rows.next_multiple_of(3).max(3);
+            self.dense_rows = Some(self.n_rows);
+            ends.fill((0, self.n_rows));
+        }
         // The degrees of freedom of one joint share their span.
         for (first, last) in ends {
             let len = last.saturating_sub(first);
@@ -326,7 +360,11 @@ impl Signature {
             let o = &t.objective;
             (o.joints().to_vec(), o.motions().to_vec(), o.parts().to_vec(), o.loss())
         });
-        Self { rig: Some(problem.rig().clone()), active: problem.active_flags().to_vec(), terms: terms.collect() }
+        Self {
+            rig: Some(problem.rig().clone()),
+            active: problem.active_flags().to_vec(),
+            terms: terms.collect(),
+        }
     }
 }
 

@@ -133,14 +133,21 @@ impl Problem {
 
     /// The joints that may move and have degrees of freedom of their own, parents first.
     pub fn active(&self) -> impl Iterator<Item = JointId> + '_ {
-        self.rig.ids().filter(|j| self.is_active(*j) && self.rig.get(*j).is_some_and(|joint| joint.n_dofs() > 0))
+        self.rig
+            .ids()
+            .filter(|j| self.is_active(*j) && self.rig.get(*j).is_some_and(|joint| joint.n_dofs() > 0))
     }
 
     /// Adds an objective with its weight λ, the default tolerance, and the objective's own word on whether
     /// success asks for it. What is wrong with its numbers is found when a solve starts.
     pub fn add<T: Objective>(&mut self, weight: f64, objective: T) -> TermId<T> {
         let mandatory = objective.mandatory();
-        self.terms.push(Term { weight, tolerance: Tolerance::default(), mandatory, objective: Box::new(objective) });
+        self.terms.push(Term {
+            weight,
+            tolerance: Tolerance::default(),
+            mandatory,
+            objective: Box::new(objective),
+        });
         TermId { idx: self.terms.len() - 1, objective: PhantomData }
     }
 

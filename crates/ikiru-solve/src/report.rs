@@ -168,6 +168,17 @@ impl Summary {
 
     pub(crate) fn report<'a>(self, terms: &'a [TermReport], limits: &'a [ActiveLimit]) -> Report<'a> {
         let Self { success, stop, cost, iterations, restarts, start_projected, obstacle, invalid } = self;
-        Report { success, stop, cost, iterations, restarts, start_projected, terms, limits, obstacle, invalid }
+        Report {
+            success,
+            stop,
+            cost,
+            iterations,
+            restarts,
+            start_projected,
+            terms,
+            limits,
+            obstacle,
+            invalid,
+        }
     }
 }

@@ -93,15 +93,15 @@ impl Solver {
         if !pose.rig().is_same(problem.rig()) {
             return Err(Invalid::Pose("belongs to another rig than the problem"));
         }
-        if !pose.is_valid() {
-            return Err(Invalid::Pose("has numbers that are not finite, or quaternions that are not of unit length"));
-        }
         Ok(())
     }
 
     fn solve_valid(&self, problem: &Problem, pose: &mut Pose, w: &mut Workspace) -> Summary {
         let mut budget = Budget::new(&self.options);
-        w.state.load(&w.plan, pose);
+        if !w.state.load(&w.plan, pose) {
+            let reason = "has numbers that are not finite, or quaternions that are not of unit length";
+            return Summary::invalid(Invalid::Pose(reason));
+        }
         let start_projected = w.state.project(&w.plan);
         let cost = w.state.evaluate(&w.plan, problem);
         if !cost.is_finite() {
@@ -153,7 +153,10 @@ fn invalid_term(plan: &Plan, problem: &Problem, state: &State) -> Invalid {
         Some(t) if problem.terms()[t.term].objective.motions().is_empty() => {
             Invalid::Term(t.term, "gives a residual that is not finite")
         }
-        Some(t) => Invalid::Term(t.term, "asks joints for something that their motion does not have, or is not finite"),
+        Some(t) => Invalid::Term(
+            t.term,
+            "asks joints for something that their motion does not have, or is not finite",
+        ),
         None => Invalid::Pose("gives a cost that is not finite"),
     }
 }
@@ -172,11 +175,8 @@ fn report_terms(plan: &Plan, problem: &Problem, state: &mut State, terms: &mut V
             cost += term.weight * objective.loss().cost(state.squares[part]);
             satisfied &= state.squares[part].sqrt() <= term.tolerance.of(plan.parts[part].unit);
         }
-        let warning = if t.nodes.is_empty() {
-            None
-        } else {
-            objective.warning(&Inputs { frames: state.frames_of(t) })
-        };
+        let warning =
+            if t.nodes.is_empty() { None } else { objective.warning(&Inputs { frames: state.frames_of(t) }) };
         terms.push(TermReport {
             kind: objective.kind(),
             joint: objective.joints().first().or(objective.motions().first()).copied(),
@@ -225,7 +225,12 @@ fn push_limits(plan: &Plan, state: &State, gradient: &[f64], limits: &mut Vec<Ac
 fn find_obstacle(problem: &Problem, w: &mut Workspace) -> Option<(usize, Obstacle)> {
     // Unmet before met, mandatory before optional, then the most expensive.
     let rank = |t: &TermReport| (!t.satisfied, t.mandatory);
-    let worst = w.terms.iter().enumerate().max_by(|(_, a), (_, b)| rank(a).cmp(&rank(b)).then(a.cost.total_cmp(&b.cost)))?.0;
+    let worst = w
+        .terms
+        .iter()
+        .enumerate()
+        .max_by(|(_, a), (_, b)| rank(a).cmp(&rank(b)).then(a.cost.total_cmp(&b.cost)))?
+        .0;
     term_gradient(&w.plan, &w.state, worst, &mut w.worst_gradient);
     let square = w.worst_gradient.iter().map(|g| g * g).sum::<f64>();
     if square == 0.0 {

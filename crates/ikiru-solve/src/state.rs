@@ -1,6 +1,6 @@
 //! The state of a solve: coordinates, frames, residuals and their derivative, in memory that is kept.
 
-use ikiru_rig::{Frame, Motion, Pose, Vec3, kinematics, project_joint, retract_joint};
+use ikiru_rig::{Frame, JointId, Motion, Pose, Vec3, kinematics, project_joint, retract_joint};
 
 use crate::objective::{Inputs, Rows, Scratch};
 use crate::plan::{NONE, Plan};
@@ -13,6 +13,9 @@ pub(crate) struct State {
     pub(crate) coords: Vec<f64>,
     /// Fixed transform of each node from its parent, and whether it only translates.
     links: Vec<(Frame<f64>, bool)>,
+    /// The coordinates that the links were made from.
+    link_coords: Vec<f64>,
+    links_are_current: bool,
     frames: Vec<Frame<f64>>,
     /// World axis of each direction of each node.
     directions: Vec<Vec3<f64>>,
@@ -44,6 +47,8 @@ impl State {
         Self {
             coords: vec![0.0; plan.n_kept_coords()],
             links: vec![(identity, false); plan.nodes.len()],
+            link_coords: vec![0.0; plan.link_coords.len()],
+            links_are_current: false,
             frames: vec![identity; plan.nodes.len()],
             directions: vec![Vec3::zero(); plan.n_screws],
             residual: vec![0.0; plan.n_rows],
@@ -64,10 +69,30 @@ impl State {
         }
     }
 
-    /// Takes over a pose: coordinates of what moves, links of what does not.
-    pub(crate) fn load(&mut self, plan: &Plan, pose: &Pose) {
+    /// Takes over a pose: coordinates of what moves, links of what does not. False where a number that
+    /// matters is not finite or a quaternion not of unit length.
+    pub(crate) fn load(&mut self, plan: &Plan, pose: &Pose) -> bool {
         self.load_coords(plan, pose);
+        if !plan.movers.iter().all(|m| is_valid(&m.motion, &self.coords[m.coord..m.coord + m.n_coords])) {
+            return false;
+        }
+        // Links change only where joints that do not move here have been moved elsewhere.
+        let held = plan.link_coords.iter().map(|at| pose.coords()[*at]);
+        if self.links_are_current && held.clone().eq(self.link_coords.iter().copied()) {
+            return true;
+        }
         let rig = pose.rig();
+        let is_bad = |joint: &JointId| {
+            rig.get(*joint).is_some_and(|data| !is_valid(&data.motion, &pose.coords()[rig.coords_of(*joint)]))
+        };
+        self.links_are_current = false;
+        if plan.link_joints.iter().any(is_bad) {
+            return false;
+        }
+        for (to, from) in self.link_coords.iter_mut().zip(held) {
+            *to = from;
+        }
+        self.links_are_current = true;
         for (idx, range) in plan.links.iter().enumerate() {
             let mut link = Frame::identity();
             let joints = &plan.link_joints[range.clone()];
@@ -81,6 +106,7 @@ impl State {
             let is_translation = link.rotation == ikiru_rig::Rotation::identity();
             self.links[idx] = (link, is_translation);
         }
+        true
     }
 
     fn load_coords(&mut self, plan: &Plan, pose: &Pose) {
@@ -113,7 +139,16 @@ impl State {
 
     /// `coords := project(from ⊕ tangent)`.
     pub(crate) fn step(&mut self, plan: &Plan, from: &[f64], tangent: &[f64]) {
-        self.coords[..plan.n_coords].copy_from_slice(&from[..plan.n_coords]);
+        let n = plan.n_coords;
+        if plan.is_flat {
+            let (coords, from, tangent) = (&mut self.coords[..n], &from[..n], &tangent[..n]);
+            let (lower, upper) = (&plan.lower[..n], &plan.upper[..n]);
+            for i in 0..n {
+                coords[i] = (from[i] + tangent[i]).max(lower[i]).min(upper[i]);
+            }
+            return;
+        }
+        self.coords[..n].copy_from_slice(&from[..n]);
         for m in &plan.movers {
             let coords = &mut self.coords[m.coord..m.coord + m.n_coords];
             retract_joint(&m.motion, coords, &tangent[m.dof..m.dof + m.n_dofs]);
@@ -164,7 +199,10 @@ impl State {
                 for (to, node) in gathered.iter_mut().zip(&t.nodes) {
                     *to = self.frames[*node as usize];
                 }
-                objective.evaluate(&Inputs { frames: gathered }, &mut Rows::new(residual, &mut [], &mut self.scratch));
+                objective.evaluate(
+                    &Inputs { frames: gathered },
+                    &mut Rows::new(residual, &mut [], &mut self.scratch),
+                );
                 let mut rest: &[f64] = residual;
                 while part < t.parts.end - usize::from(t.has_motion_part) {
                     let (rows, others) = rest.split_at(plan.parts[part].n_rows);
@@ -245,7 +283,8 @@ impl State {
             let mut at = read;
             while let Some(node) = plan.nodes.get(at as usize) {
                 if node.n_screws > 0 {
-                    let directions = &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
+                    let directions =
+                        &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
                     let arm = p - self.frames[at as usize].origin;
                     let span = plan.spans[node.dof as usize];
                     let offset = span.start + t.rows.start - span.first;
@@ -323,4 +362,13 @@ impl State {
                 })
         })
     }
+}
+
+/// Whether a joint's coordinates are finite, its quaternion of unit length within 1e-6.
+fn is_valid(motion: &Motion, coords: &[f64]) -> bool {
+    let finite = coords.iter().all(|c| c.is_finite());
+    let (Motion::Ball { .. } | Motion::Free { .. }, Some(q)) = (motion, coords.last_chunk::<4>()) else {
+        return finite;
+    };
+    finite && (q.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 2e-6
 }

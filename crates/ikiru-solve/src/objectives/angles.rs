@@ -48,7 +48,12 @@ pub(crate) struct DirectionChange {
 /// perpendicular to the axis (the logarithm map of the sphere). Its length is the angle, by atan2; at 0 it is 0 and
 /// smooth, at π a fixed perpendicular decides, and a direction without length gives 0.
 #[inline(always)]
-pub(crate) fn evaluate_direction(frame: &Frame<f64>, axis: DVec3, change: &DirectionChange, rows: &mut Rows<'_>) {
+pub(crate) fn evaluate_direction(
+    frame: &Frame<f64>,
+    axis: DVec3,
+    change: &DirectionChange,
+    rows: &mut Rows<'_>,
+) {
     let length = change.direction.length();
     if length < 1e-12 {
         rows.residual[..2].fill(0.0);
@@ -96,5 +101,9 @@ pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
 
 pub(crate) fn check_axis(axis: DVec3) -> Result<(), &'static str> {
     let length = axis.length();
-    if length.is_finite() && length > 1e-100 { Ok(()) } else { Err("has an axis that is not finite, or of length 0") }
+    if length.is_finite() && length > 1e-100 {
+        Ok(())
+    } else {
+        Err("has an axis that is not finite, or of length 0")
+    }
 }

@@ -102,7 +102,8 @@ impl Objective for LookAt {
 
     fn warning(&self, inputs: &Inputs<'_>) -> Option<&'static str> {
         let change = self.change(&inputs.frames[0], unit_axis(self.axis));
-        (change.direction.length() < 1e-9).then_some("looks at a point in the joint's own origin: it has no direction to turn to")
+        (change.direction.length() < 1e-9)
+            .then_some("looks at a point in the joint's own origin: it has no direction to turn to")
     }
 }
 
@@ -129,7 +130,10 @@ mod tests {
             let point = DVec3::new(0.0, f64::cos(angle), f64::sin(angle)) * 2.0;
             let look = LookAt::new(JointId::from_index(0), DVec3::Y, point);
             let residual = residual_at(&look, &[Frame::identity()]);
-            assert!((residual[0].hypot(residual[1]) - angle).abs() < 1e-9 * angle.max(1e-3), "{angle}: {residual:?}");
+            assert!(
+                (residual[0].hypot(residual[1]) - angle).abs() < 1e-9 * angle.max(1e-3),
+                "{angle}: {residual:?}"
+            );
         }
     }
 

@@ -57,7 +57,11 @@ impl Objective for Orientation {
 
 pub(super) fn check_rotation(rotation: DQuat) -> Result<(), &'static str> {
     let length = rotation.length();
-    if length.is_finite() && length > 1e-100 { Ok(()) } else { Err("has a rotation that is not finite, or of length 0") }
+    if length.is_finite() && length > 1e-100 {
+        Ok(())
+    } else {
+        Err("has a rotation that is not finite, or of length 0")
+    }
 }
 
 /// Three rows from `first` on: the rotation vector from the target to the frame, in the target's axes.

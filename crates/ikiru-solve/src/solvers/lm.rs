@@ -9,7 +9,9 @@ use crate::solvers::step::StepSolver;
 use crate::state::State;
 
 /// First damping, relative to the largest squared column of the Jacobian.
-const FIRST_DAMPING: f64 = 1e-3;
+const FIRST_DAMPING: f64 = 0.05;
+/// By how much a rejected step makes the damping grow.
+const GROWTH: f64 = 4.0;
 /// Damping, relative to the same, at which a step is too short to matter.
 const MOST_DAMPING: f64 = 1e12;
 /// Damping is never smaller than this, relative to the same.
@@ -41,8 +43,9 @@ impl Lm {
         bar: &Bar,
         budget: &mut Budget,
     ) -> Outcome {
+        let first = cost;
         let mut cost = cost;
-        let mut damping = 0.0;
+        let (mut damping, mut scale) = (0.0, 0.0);
         let mut patience = bar.patience(cost);
         'accepted: loop {
             if bar.is_met(plan, problem, state, cost) {
@@ -50,16 +53,15 @@ impl Lm {
             }
             state.linearize(plan, problem, false);
             let gradient = self.step.begin(plan, state);
-            let scale = self.step.scale(plan, state);
-            if gradient == 0.0 || scale == 0.0 {
+            if gradient == 0.0 {
                 return Outcome { cost, stop: StopReason::Converged };
             }
             if damping == 0.0 {
+                scale = self.step.scale(plan, state);
                 damping = FIRST_DAMPING * scale;
             }
-            damping = damping.max(LEAST_DAMPING * scale);
             self.accepted.copy_from_slice(&state.coords);
-            let mut growth = 2.0;
+            let mut growth = GROWTH;
             loop {
                 if let Some(stop) = budget.spend() {
                     state.coords.copy_from_slice(&self.accepted);
@@ -69,7 +71,9 @@ impl Lm {
                     state.coords.copy_from_slice(&self.accepted);
                     return Outcome { cost, stop: StopReason::NoProgress };
                 }
-                if !self.step.solve(plan, state, damping) {
+                // Damping that falls with the residual keeps convergence fast to the end (Fan and Yuan, 2005).
+                let damping_now = (damping * (cost / first).sqrt()).max(LEAST_DAMPING * scale);
+                if !self.step.solve(plan, state, damping_now) {
                     damping *= 10.0;
                     continue;
                 }
@@ -84,11 +88,11 @@ impl Lm {
                 if trial < cost {
                     let ratio = (cost - trial) / promised.max(1e-300);
                     damping *= if ratio > 0.75 {
-                        0.1
+                        0.5
                     } else if ratio < 0.25 {
                         2.0
                     } else {
-                        0.5
+                        0.8
                     };
                     cost = trial;
                     if patience.is_over(cost) {

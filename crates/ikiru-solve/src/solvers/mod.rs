@@ -2,6 +2,7 @@
 
 pub(crate) mod adam;
 pub(crate) mod lm;
+pub(crate) mod rows;
 pub(crate) mod search;
 pub(crate) mod seeds;
 pub(crate) mod step;

@@ -12,7 +12,7 @@ use crate::solvers::seeds::Seeds;
 use crate::state::State;
 
 /// How many poses of the sequence are looked at for each restart; the cheapest is started from.
-const SCREENED: usize = 4;
+const SCREENED: usize = 3;
 
 /// What came of one start.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +41,16 @@ impl Bar {
     }
 
     pub(crate) fn patience(&self, cost: f64) -> Patience {
-        Patience { impatient: self.impatient, last: cost, steps: 0, target: self.cost_below.unwrap_or(0.0) }
+        // Where the bar is a cost, each step must bring it a good deal nearer. Where tolerances decide, the
+        // cost that a success ends at is not known, so that more steps are given.
+        let most_steps = if self.cost_below.is_some() { 1 } else { 4 };
+        Patience {
+            most_steps,
+            impatient: self.impatient,
+            last: cost,
+            steps: 0,
+            bar: self.cost_below.unwrap_or(0.0),
+        }
     }
 }
 
@@ -49,14 +58,13 @@ impl Bar {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patience {
     impatient: bool,
+    most_steps: usize,
     last: f64,
     steps: usize,
-    target: f64,
+    bar: f64,
 }
 
-/// Accepted steps over which progress is measured.
-const PATIENCE_STEPS: usize = 4;
-/// The part of the cost above the bar that must have gone by then.
+/// The part of the cost above the bar that must have gone after each round of steps.
 const PATIENCE_GAIN: f64 = 0.1;
 
 impl Patience {
@@ -66,11 +74,11 @@ impl Patience {
             return false;
         }
         self.steps += 1;
-        if self.steps < PATIENCE_STEPS {
+        if self.steps < self.most_steps {
             return false;
         }
         self.steps = 0;
-        let slow = self.last - cost < PATIENCE_GAIN * (self.last - self.target);
+        let slow = cost > self.bar && self.last - cost < PATIENCE_GAIN * (self.last - self.bar);
         self.last = cost;
         slow
     }

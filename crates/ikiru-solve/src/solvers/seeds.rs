@@ -77,6 +77,7 @@ fn inside_cone(cone: &Cone, [a, b, c]: [f64; 3]) -> DQuat {
     let (sin, cos) = (TAU * b).sin_cos();
     let [first, second] = cone.swing();
     let twist = cone.twist();
-    let q = cone.compose([a.sqrt() * cos * first, a.sqrt() * sin * second], twist.min + (twist.max - twist.min) * c);
+    let q = cone
+        .compose([a.sqrt() * cos * first, a.sqrt() * sin * second], twist.min + (twist.max - twist.min) * c);
     cone.project(q).unwrap_or(q)
 }

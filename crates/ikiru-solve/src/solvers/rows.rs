@@ -1,0 +1,256 @@
+//! The linear algebra of a step, over residual rows: `J Jᵀ`, its Cholesky factor, and products with columns.
+//!
+//! Two shapes of the same thing: [`Dense`] for problems of few rows, whose count the compiler knows and whose
+//! loops it unrolls, and [`Sparse`] for all others, where each degree of freedom touches only the span of
+//! rows below its joint.
+
+use crate::plan::{Plan, Span};
+
+/// A symmetric positive definite system over rows, built from columns of a Jacobian.
+pub(crate) trait RowSystem {
+    /// `A := 0`
+    fn clear(&mut self);
+    /// `v · j_k`
+    fn dot(&self, k: usize, v: &[f64]) -> f64;
+    /// `v += factor · j_k`
+    fn add_column(&self, k: usize, factor: f64, v: &mut [f64]);
+    /// `A += factor · j_k j_kᵀ`
+    fn add_outer(&mut self, k: usize, factor: f64);
+    /// `x := (A + damping · I)⁻¹ x`; false where that is not positive definite. `A` stays as it is.
+    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool;
+}
+
+/// Rows of which the compiler knows the number.
+pub(crate) struct Dense<'a, const M: usize> {
+    columns: &'a [[f64; M]],
+    matrix: [[f64; M]; M],
+}
+
+impl<'a, const M: usize> Dense<'a, M> {
+    pub(crate) fn new(jacobian: &'a [f64]) -> Self {
+        Self { columns: jacobian.as_chunks::<M>().0, matrix: [[0.0; M]; M] }
+    }
+}
+
+/// The first `M` entries; a plan gives every vector over rows at least that many.
+#[inline(always)]
+fn head<const M: usize>(v: &[f64]) -> &[f64; M] {
+    v.first_chunk().unwrap_or(&[0.0; M])
+}
+
+impl<const M: usize> RowSystem for Dense<'_, M> {
+    #[inline(always)]
+    fn clear(&mut self) {
+        self.matrix = [[0.0; M]; M];
+    }
+
+    #[inline(always)]
+    fn dot(&self, k: usize, v: &[f64]) -> f64 {
+        let (column, v) = (&self.columns[k], head::<M>(v));
+        let mut sum = 0.0;
+        for i in 0..M {
+            sum += column[i] * v[i];
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn add_column(&self, k: usize, factor: f64, v: &mut [f64]) {
+        let column = &self.columns[k];
+        if let Some(v) = v.first_chunk_mut::<M>() {
+            for i in 0..M {
+                v[i] += factor * column[i];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_outer(&mut self, k: usize, factor: f64) {
+        let column = &self.columns[k];
+        for i in 0..M {
+            let f = factor * column[i];
+            for j in 0..=i {
+                self.matrix[i][j] += f * column[j];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
+        let Some(x) = x.first_chunk_mut::<M>() else { return false };
+        let mut a = self.matrix;
+        for i in 0..M {
+            for j in 0..i {
+                let mut sum = a[i][j];
+                for k in 0..j {
+                    sum -= a[i][k] * a[j][k];
+                }
+                a[i][j] = sum * a[j][j];
+            }
+            let diagonal = a[i][i] + damping;
+            let mut sum = diagonal;
+            for k in 0..i {
+                sum -= a[i][k] * a[i][k];
+            }
+            let Some(reciprocal) = reciprocal_root(sum, diagonal) else { return false };
+            a[i][i] = reciprocal;
+        }
+        for i in 0..M {
+            let mut sum = x[i];
+            for k in 0..i {
+                sum -= a[i][k] * x[k];
+            }
+            x[i] = sum * a[i][i];
+        }
+        for i in (0..M).rev() {
+            let mut sum = x[i];
+            for k in i + 1..M {
+                sum -= a[k][i] * x[k];
+            }
+            x[i] = sum * a[i][i];
+        }
+        true
+    }
+}
+
+/// The reciprocal of a pivot's root; `None` where rounding has eaten the pivot.
+#[inline(always)]
+fn reciprocal_root(pivot: f64, diagonal: f64) -> Option<f64> {
+    (pivot > diagonal * 1e-15).then(|| 1.0 / pivot.sqrt())
+}
+
+/// Memory of a [`Sparse`] system.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SparseMemory {
+    matrix: Vec<f64>,
+    factor: Vec<f64>,
+}
+
+impl SparseMemory {
+    pub(crate) fn new(plan: &Plan) -> Self {
+        let n = if plan.dense_rows.is_some() { 0 } else { plan.n_rows * plan.n_rows };
+        Self { matrix: vec![0.0; n], factor: vec![0.0; n] }
+    }
+}
+
+/// Any number of rows; a column is the span of rows that its degree of freedom can move.
+pub(crate) struct Sparse<'a> {
+    n_rows: usize,
+    spans: &'a [Span],
+    jacobian: &'a [f64],
+    memory: &'a mut SparseMemory,
+}
+
+impl<'a> Sparse<'a> {
+    pub(crate) fn new(plan: &'a Plan, jacobian: &'a [f64], memory: &'a mut SparseMemory) -> Self {
+        Self { n_rows: plan.n_rows, spans: &plan.spans, jacobian, memory }
+    }
+
+    #[inline(always)]
+    fn column(&self, k: usize) -> (usize, &'a [f64]) {
+        let span = self.spans[k];
+        (span.first, &self.jacobian[span.start..span.start + span.len])
+    }
+}
+
+impl RowSystem for Sparse<'_> {
+    fn clear(&mut self) {
+        self.memory.matrix.fill(0.0);
+    }
+
+    #[inline]
+    fn dot(&self, k: usize, v: &[f64]) -> f64 {
+        let (first, column) = self.column(k);
+        column.iter().zip(&v[first..]).map(|(a, b)| a * b).sum()
+    }
+
+    #[inline]
+    fn add_column(&self, k: usize, factor: f64, v: &mut [f64]) {
+        let (first, column) = self.column(k);
+        for (v, j) in v[first..].iter_mut().zip(column) {
+            *v += factor * j;
+        }
+    }
+
+    fn add_outer(&mut self, k: usize, factor: f64) {
+        let (first, column) = self.column(k);
+        for i in 0..column.len() {
+            let f = factor * column[i];
+            let at = (first + i) * self.n_rows + first;
+            for (a, j) in self.memory.matrix[at..=at + i].iter_mut().zip(column) {
+                *a += f * j;
+            }
+        }
+    }
+
+    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
+        let m = self.n_rows;
+        let a = &mut self.memory.factor;
+        a.copy_from_slice(&self.memory.matrix);
+        for i in 0..m {
+            let (above, row) = a.split_at_mut(i * m);
+            let row = &mut row[..=i];
+            for j in 0..i {
+                let other = &above[j * m..=j * m + j];
+                let mut sum = row[j];
+                for k in 0..j {
+                    sum -= row[k] * other[k];
+                }
+                row[j] = sum * other[j];
+            }
+            let diagonal = row[i] + damping;
+            let square: f64 = row[..i].iter().map(|v| v * v).sum();
+            let Some(reciprocal) = reciprocal_root(diagonal - square, diagonal) else { return false };
+            row[i] = reciprocal;
+        }
+        for i in 0..m {
+            let row = &a[i * m..=i * m + i];
+            let known: f64 = row[..i].iter().zip(&x[..i]).map(|(a, b)| a * b).sum();
+            x[i] = (x[i] - known) * row[i];
+        }
+        for i in (0..m).rev() {
+            let row = &a[i * m..=i * m + i];
+            x[i] *= row[i];
+            let (before, this) = x.split_at_mut(i);
+            for (b, l) in before.iter_mut().zip(row) {
+                *b -= l * this[0];
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ikiru_testkit::rigs::Random;
+
+    #[test]
+    fn both_shapes_solve_the_same_system() {
+        let mut random = Random::new(3);
+        let columns: Vec<f64> = (0..4 * 6).map(|_| random.between(-1.0, 1.0)).collect();
+        let spans: Vec<Span> = (0..4).map(|k| Span { first: 0, len: 6, start: 6 * k }).collect();
+        let plan = Plan { n_rows: 6, spans, ..Plan::default() };
+        let mut memory = SparseMemory { matrix: vec![0.0; 36], factor: vec![0.0; 36] };
+        let (mut dense, mut sparse) = (Dense::<6>::new(&columns), Sparse::new(&plan, &columns, &mut memory));
+        dense.clear();
+        sparse.clear();
+        for k in 0..4 {
+            dense.add_outer(k, 1.0 + k as f64);
+            sparse.add_outer(k, 1.0 + k as f64);
+        }
+        let b = [1.0, -2.0, 0.5, 3.0, 0.0, -1.0];
+        let (mut x, mut y) = (b, b);
+        assert!(dense.solve(0.1, &mut x) && sparse.solve(0.1, &mut y));
+        // (A + 0.1 I) x = b, recomputed from the columns.
+        let mut back = x.map(|v| 0.1 * v);
+        for k in 0..4 {
+            let along = dense.dot(k, &x) * (1.0 + k as f64);
+            dense.add_column(k, along, &mut back);
+        }
+        for i in 0..6 {
+            assert!((x[i] - y[i]).abs() < 1e-12 && (back[i] - b[i]).abs() < 1e-12);
+        }
+        assert!(!dense.solve(0.0, &mut x), "four columns do not span six rows");
+    }
+}
