@@ -1,0 +1,128 @@
+//! Packages every crate as it would be published, then builds the library code from the packages alone.
+//!
+//! Cargo's own verification goes through a temporary registry whose unpacked sources it keeps per version: after
+//! a change inside one version it checks the old text. So the packages are unpacked here, as a workspace of their own.
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::cargo::{self, Metadata, Package};
+
+/// What crates.io accepts.
+const MAX_PACKAGE_BYTES: u64 = 10 * 1024 * 1024;
+
+/// Packages all publishable crates and checks that each one builds from what its package holds.
+pub(crate) fn run(root: &Path) -> Result<()> {
+    let metadata = cargo::metadata(root)?;
+    package_into(root, &metadata, &metadata.target_directory.join("xtask-package"))
+}
+
+fn package_into(root: &Path, metadata: &Metadata, target: &Path) -> Result<()> {
+    let (publishable, kept): (Vec<&Package>, Vec<&Package>) =
+        metadata.packages.iter().partition(|package| package.is_publishable());
+
+    let packages = target.join("package");
+    let unpacked = target.join("unpacked");
+    for folder in [&packages, &unpacked] {
+        if folder.exists() {
+            fs::remove_dir_all(folder).with_context(|| folder.display().to_string())?;
+        }
+    }
+
+    let mut command = cargo::command(root);
+    command.args(["package", "--workspace", "--allow-dirty", "--no-verify", "--offline", "--target-dir"]);
+    command.arg(target);
+    for package in kept {
+        command.args(["--exclude", &package.name]);
+    }
+    cargo::finish(&mut command)?;
+
+    for package in &publishable {
+        let file = packages.join(format!("{}-{}.crate", package.name, package.version));
+        let n_bytes = fs::metadata(&file).with_context(|| file.display().to_string())?.len();
+        ensure!(n_bytes <= MAX_PACKAGE_BYTES, "{}: {n_bytes} bytes, expected at most 10 MiB", file.display());
+        unpack(&file, &unpacked)?;
+    }
+    fs::write(unpacked.join("Cargo.toml"), workspace_manifest(&publishable))?;
+    fs::copy(root.join("Cargo.lock"), unpacked.join("Cargo.lock")).context("Cargo.lock cannot be copied")?;
+    let mut command = cargo::command(&unpacked);
+    command.args(["check", "--workspace", "--offline", "--target-dir"]).arg(target.join("check"));
+    cargo::finish(&mut command)
+}
+
+/// Unpacks a `.crate` file: it holds one folder, `name-version`.
+fn unpack(file: &Path, into: &Path) -> Result<()> {
+    let packed = File::open(file).with_context(|| file.display().to_string())?;
+    let mut archive = tar::Archive::new(flate2::read::GzDecoder::new(packed));
+    // All packages carry one and the same old time: with it, cargo would take a changed file for the one it knows.
+    archive.set_preserve_mtime(false);
+    archive.unpack(into).with_context(|| format!("{}: cannot be unpacked", file.display()))
+}
+
+/// A workspace of the unpacked packages, each one standing in for its published self.
+fn workspace_manifest(packages: &[&Package]) -> String {
+    let mut manifest =
+        String::from("[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n[patch.crates-io]\n");
+    for Package { name, version, .. } in packages {
+        // Writing to a String cannot fail.
+        let _ = writeln!(manifest, "{name} = {{ path = \"{name}-{version}\" }}");
+    }
+    manifest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tidy::Tree;
+
+    const LIB: &str = "crates/upper/src/lib.rs";
+
+    /// Two crates, one on top of the other, and a third that is not published.
+    fn workspace(lower: &str, upper: &str) -> Tree {
+        let head = |name: &str| {
+            format!(
+                "[package]\nname = \"xtask-{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\nlicense = \"MIT\"\ndescription = \"A\"\n"
+            )
+        };
+        let below = "[dependencies]\nxtask-lower = { path = \"../lower\", version = \"0.1.0\" }\n";
+        let kit = "[dev-dependencies]\nxtask-kit = { path = \"../kit\" }\n";
+        Tree::new(&[
+            ("Cargo.toml", "[workspace]\nresolver = \"3\"\nmembers = [\"crates/*\"]\n"),
+            ("Cargo.lock", "version = 4\n"),
+            ("README.md", "text"),
+            ("crates/upper/README.md", "text"),
+            ("crates/lower/Cargo.toml", &head("lower")),
+            ("crates/lower/src/lib.rs", lower),
+            ("crates/upper/Cargo.toml", &(head("upper") + below + kit)),
+            (LIB, upper),
+            ("crates/kit/Cargo.toml", &(head("kit") + "publish = false\n")),
+            ("crates/kit/src/lib.rs", ""),
+        ])
+    }
+
+    fn package(tree: &Tree) -> Result<()> {
+        let root = tree.root();
+        package_into(root, &cargo::metadata(root)?, &root.join("target"))
+    }
+
+    #[test]
+    fn change_inside_a_version_is_seen() {
+        let tree = workspace("pub fn a() {}", "pub fn b() { xtask_lower::a() }");
+        package(&tree).unwrap();
+        fs::write(tree.root().join("crates/lower/src/lib.rs"), "pub fn c() {}").unwrap();
+        assert!(package(&tree).is_err(), "the function that is gone was still found");
+        fs::write(tree.root().join(LIB), "pub fn b() { xtask_lower::c() }").unwrap();
+        package(&tree).unwrap();
+    }
+
+    #[test]
+    fn file_outside_of_a_package_is_missed() {
+        let with = |path| workspace("", &format!("pub const TEXT: &str = include_str!(\"{path}\");"));
+        package(&with("../README.md")).unwrap();
+        let error = package(&with("../../../README.md")).unwrap_err();
+        assert!(error.to_string().starts_with("`cargo check"), "{error:#}");
+    }
+}
