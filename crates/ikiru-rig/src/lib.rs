@@ -48,7 +48,7 @@ pub use dual::Dual;
 pub use frame::{Frame, Rotation, Vec3};
 pub use humanoid::Role;
 pub use joint::{EulerOrder, Joint, JointId, Mimic, Motion};
-pub use limit::{Cone, ConeError, ConeNormal, Range};
+pub use limit::{Cone, ConeError, ConeNormal, Range, TangentBox};
 pub use name::{UnknownName, unknown as unknown_name};
 pub use pose::{Pose, PoseError, difference_joint, project_joint, retract_joint, rotation_vector};
 pub use rig::{ChainError, Rig, RigBuilder, RigError, RigidError, decompose_affine};

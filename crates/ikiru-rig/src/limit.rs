@@ -285,9 +285,87 @@ impl Cone {
         normals
     }
 
+    /// The limit as a box in the tangent space of `q` (the space of ω in `q · exp(ω)`): to first order, how far
+    /// `q` may turn along three perpendicular axes, and how strongly the boundary bends.
+    #[must_use]
+    pub fn tangent_box(&self, q: DQuat) -> TangentBox {
+        let (swing, twist) = self.swing_twist(q);
+        let back = DQuat::from_axis_angle(self.axis, -twist);
+        let angle = swing.length();
+        let u = if angle > 1e-12 { swing / angle } else { DVec2::X };
+        let v = DVec2::new(-u.y, u.x);
+        let (u3, v3) = (self.in_space(u), self.in_space(v));
+        let sinc = if angle > 1e-6 { (angle.sin() / angle).max(1e-6) } else { 1.0 };
+        // As for the normals, but with the true length: by how much a function of the swing grows.
+        let pull_back = |gradient: DVec2| u3 * gradient.dot(u) + v3 * (gradient.dot(v) / sinc);
+        let (a, b) = (self.swing.x, self.swing.y);
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        let (mut limits, mut curvature) = ([(DVec3::ZERO, free); 3], 0.0);
+        if a < ANTIPODE || b < ANTIPODE {
+            limits[0] = (pull_back(DVec2::X), (-a - swing.x, a - swing.x));
+            limits[1] = (pull_back(DVec2::Y), (-b - swing.y, b - swing.y));
+        } else if !(a >= PI && b >= PI) {
+            let level = (swing / self.swing).length();
+            let gradient =
+                if level > 1e-9 { swing / (self.swing * self.swing) / level } else { u / self.swing };
+            limits[0] = (pull_back(gradient), (f64::NEG_INFINITY, 1.0 - level));
+            // Of the ellipse at the angle at which the swing lies.
+            let on = (swing / self.swing).normalize_or(DVec2::X);
+            curvature = a * b / DVec2::new(b * on.x, a * on.y).length().powi(3).max(1e-9);
+            curvature = curvature.min(1e3);
+        }
+        if self.twist.max - self.twist.min < 2.0 * PI {
+            let (s, c) = (0.5 * angle).sin_cos();
+            let gradient = self.axis + self.axis.cross(u3) * (s / c.max(1e-6));
+            limits[2] = (gradient, (self.twist.min - twist, self.twist.max - twist));
+        }
+        perpendicular_box(limits, curvature, back)
+    }
+
     fn in_space(&self, v: DVec2) -> DVec3 {
         self.first * v.x + self.second * v.y
     }
+}
+
+/// A cone, seen from a rotation in its tangent space: to first order a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TangentBox {
+    /// Three perpendicular unit axes in the tangent space.
+    pub axes: [DVec3; 3],
+    /// How far along each axis the limits lie, behind (not positive inside) and ahead (not negative inside), in radians.
+    pub room: [(f64, f64); 3],
+    /// How strongly the swing boundary bends, per radian: along the other axes it falls back by half of
+    /// this times the square of the way.
+    pub curvature: f64,
+}
+
+/// Makes gradients with their ranges into perpendicular axes with room along each.
+fn perpendicular_box(limits: [(DVec3, (f64, f64)); 3], curvature: f64, back: DQuat) -> TangentBox {
+    let mut axes = [DVec3::ZERO; 3];
+    let mut room = [(f64::NEG_INFINITY, f64::INFINITY); 3];
+    let mut n = 0;
+    for (gradient, (down, up)) in limits {
+        let mut rest = gradient;
+        for axis in &axes[..n] {
+            rest -= *axis * rest.dot(*axis);
+        }
+        let length = rest.length();
+        if length > 1e-9 * gradient.length() && length > 0.0 {
+            axes[n] = rest / length;
+            room[n] = (down / length, up / length);
+            n += 1;
+        }
+    }
+    match n {
+        0 => axes = [DVec3::X, DVec3::Y, DVec3::Z],
+        1 => {
+            axes[1] = axes[0].any_orthonormal_vector();
+            axes[2] = axes[0].cross(axes[1]);
+        }
+        2 => axes[2] = axes[0].cross(axes[1]),
+        _ => {}
+    }
+    TangentBox { axes: axes.map(|axis| back * axis), room, curvature }
 }
 
 /// A limit that a rotation lies on.
@@ -408,6 +486,33 @@ mod tests {
             prop_assert!(by_swing.dot(n_swing) > 1.0 - 1e-5, "{by_swing} {n_swing}");
             prop_assert!(by_twist.dot(n_twist) > 1.0 - 1e-5, "{by_twist} {n_twist}");
             prop_assert!(ahead.0.is_finite() && behind.1.is_finite());
+        }
+    }
+
+    #[test]
+    fn a_tangent_box_ends_where_the_cone_does() {
+        let cone = Cone::new(DVec3::new(0.2, 1.0, -0.3), [0.9, 0.9], Range::new(-0.7, 0.4)).unwrap();
+        for i in 0..200 {
+            let i = f64::from(i);
+            let swing = DVec2::from_angle(i * 0.7) * (0.9 * (i * 0.37).fract());
+            let q = cone.compose(swing.to_array(), -0.7 + 1.1 * (i * 0.61).fract());
+            let limits = cone.tangent_box(q);
+            for (axis, (down, up)) in limits.axes.into_iter().zip(limits.room) {
+                assert!((axis.length() - 1.0).abs() < 1e-12 && down <= 1e-12 && up >= -1e-12);
+                for room in [down, up] {
+                    if room.is_finite() && room.abs() < 0.02 {
+                        // So near to the boundary the box is exact to second order.
+                        let moved = q * DQuat::from_scaled_axis(axis * room);
+                        let (s, t) = cone.decompose(moved);
+                        let to_swing = (DVec2::from(s).length() - 0.9).abs();
+                        let to_twist = (t - 0.4).abs().min((t + 0.7).abs());
+                        assert!(
+                            to_swing.min(to_twist) < 2.0 * room * room + 1e-9,
+                            "{to_swing} {to_twist} {room}"
+                        );
+                    }
+                }
+            }
         }
     }
 

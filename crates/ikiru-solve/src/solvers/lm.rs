@@ -78,12 +78,12 @@ impl Lm {
                     continue;
                 }
                 let promised = cost - self.step.predicted_cost(plan, state, problem);
-                let longest = self.step.delta.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+                let longest = self.step.tangent.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
                 if longest < LEAST_STEP || promised.abs() < LEAST_GAIN * cost {
                     state.coords.copy_from_slice(&self.accepted);
                     return Outcome { cost, stop: StopReason::Converged };
                 }
-                state.step(plan, &self.accepted, &self.step.delta);
+                state.step(plan, &self.accepted, &self.step.tangent);
                 let trial = state.evaluate(plan, problem);
                 if trial < cost {
                     let ratio = (cost - trial) / promised.max(1e-300);

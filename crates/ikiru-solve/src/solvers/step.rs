@@ -6,9 +6,9 @@
 //! `(J D⁻¹ Jᵀ + I) y = r − J D⁻¹ g`, `δ = −D⁻¹ (g + Jᵀ y)`, here multiplied through by the damping, which keeps
 //! it well scaled as the damping goes to zero.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat};
 
-use crate::plan::Plan;
+use crate::plan::{Mover, Plan};
 use crate::problem::Problem;
 use crate::solvers::rows::{Dense, RowSystem, Sparse, SparseMemory};
 use crate::state::State;
@@ -22,12 +22,16 @@ const MOST_ROUNDS: usize = 4;
 /// Memory of the step, and the step itself in `delta`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StepSolver {
-    /// The Jacobian with the directions that limits block taken out of balls.
+    /// The Jacobian by the axes of [`bases`](Self::bases), where there are cones.
     jacobian: Vec<f64>,
+    /// For each joint with a cone, the axes along which its limits lie (columns, in its tangent space).
+    bases: Vec<DMat3>,
     /// Half the gradient of the whole cost by each degree of freedom.
     gradient: Vec<f64>,
-    /// Half the gradient of the terms that read motions, blocked directions taken out.
+    /// Half the gradient and the curvature of the terms that read motions, by the same axes; the curvature of
+    /// limits that hold the pose back is added.
     motion_gradient: Vec<f64>,
+    curvature: Vec<f64>,
     /// How far each degree of freedom may move down (not positive) and up (not negative).
     room: Vec<(f64, f64)>,
     /// Whether a degree of freedom may move at all in this iteration, by the sign of its multiplier.
@@ -39,8 +43,10 @@ pub(crate) struct StepSolver {
     memory: SparseMemory,
     residual: Vec<f64>,
     y: Vec<f64>,
-    /// The step.
-    pub(crate) delta: Vec<f64>,
+    /// The step, by the axes of the bases.
+    delta: Vec<f64>,
+    /// The step as a tangent.
+    pub(crate) tangent: Vec<f64>,
 }
 
 /// Runs one expression with the system of the plan's shape.
@@ -77,7 +83,9 @@ impl StepSolver {
         Self {
             jacobian: vec![0.0; plan.n_jacobian],
             gradient: vec![0.0; n],
+            bases: vec![DMat3::IDENTITY; plan.movers.len()],
             motion_gradient: vec![0.0; n],
+            curvature: vec![0.0; n],
             room: vec![(0.0, 0.0); n],
             free: vec![true; n],
             open: vec![true; n],
@@ -86,97 +94,93 @@ impl StepSolver {
             residual: vec![0.0; m],
             y: vec![0.0; m],
             delta: vec![0.0; n],
+            tangent: vec![0.0; n],
         }
     }
 
     /// Takes over a linearization: the gradient, and what the limits block. The answer is the largest
     /// remaining entry of the gradient.
     pub(crate) fn begin(&mut self, plan: &Plan, state: &State) -> f64 {
-        let mut memory = std::mem::take(&mut self.memory);
-        let largest =
-            with_rows!(plan, &state.jacobian, &mut memory, rows => self.begin_rows(plan, state, rows));
-        self.memory = memory;
-        if !plan.has_cones {
-            return largest;
+        for (k, room) in self.room.iter_mut().enumerate() {
+            let x = state.coords[plan.coord_of_dof[k]];
+            *room = (plan.lower[k] - x, plan.upper[k] - x);
         }
-        self.jacobian.copy_from_slice(&state.jacobian);
-        self.motion_gradient.copy_from_slice(&state.motion_gradient);
-        self.block_cones(plan, state);
-        self.gradient
-            .iter()
-            .zip(&self.free)
-            .filter(|(_, free)| **free)
-            .map(|(g, _)| g.abs())
-            .fold(0.0, f64::max)
+        if plan.has_motions || plan.has_cones {
+            self.motion_gradient.copy_from_slice(&state.motion_gradient);
+            self.curvature.copy_from_slice(&state.motion_curvature);
+        }
+        if plan.has_cones {
+            self.jacobian.copy_from_slice(&state.jacobian);
+            for (idx, m) in plan.movers.iter().enumerate() {
+                self.turn_to_limits(plan, state, idx, m);
+            }
+        }
+        let blocked = std::mem::take(&mut self.jacobian);
+        let mut memory = std::mem::take(&mut self.memory);
+        let jacobian = if plan.has_cones { &blocked } else { &state.jacobian };
+        let largest = with_rows!(plan, jacobian, &mut memory, rows => self.begin_rows(plan, state, rows));
+        (self.jacobian, self.memory) = (blocked, memory);
+        if plan.has_cones {
+            self.bend(plan, state);
+        }
+        largest
     }
 
     #[inline(always)]
     fn begin_rows(&mut self, plan: &Plan, state: &State, rows: impl RowSystem) -> f64 {
         let n = plan.n_dofs;
-        let (gradient, room, free) = (&mut self.gradient[..n], &mut self.room[..n], &mut self.free[..n]);
-        let (lower, upper, coord_of_dof) = (&plan.lower[..n], &plan.upper[..n], &plan.coord_of_dof[..n]);
+        let (gradient, room, free) = (&mut self.gradient[..n], &self.room[..n], &mut self.free[..n]);
         let mut largest = 0.0_f64;
         for k in 0..n {
-            let own = if plan.has_motions { state.motion_gradient[k] } else { 0.0 };
-            let g = own + rows.dot(k, &state.scaled);
-            let x = state.coords[coord_of_dof[k]];
-            let (down, up) = (lower[k] - x, upper[k] - x);
+            let g = self.motion_gradient[k] + rows.dot(k, &state.scaled);
+            let (down, up) = room[k];
             let blocked = (down >= -ON_LIMIT && (g > 0.0 || up <= ON_LIMIT)) || (up <= ON_LIMIT && g < 0.0);
             if !blocked {
                 largest = largest.max(g.abs());
             }
-            (gradient[k], room[k], free[k]) = (g, (down, up), !blocked);
+            (gradient[k], free[k]) = (g, !blocked);
         }
         largest
     }
 
-    /// Takes the outward normals of cones that the descent pushes against out of the Jacobian and gradient.
-    fn block_cones(&mut self, plan: &Plan, state: &State) {
-        for m in &plan.movers {
-            let Some(cone) = m.motion.cone() else { continue };
-            let at = m.dof + m.n_dofs - 3;
-            let coord = m.coord + m.n_coords - 4;
-            let q = DQuat::from_slice(&state.coords[coord..coord + 4]);
-            let normals = cone.normals(q, ON_LIMIT);
-            let mut taken: [Option<DVec3>; 3] = [None; 3];
-            // Twice: a limit that was not pushed against may be, once another one is taken out.
-            for _ in 0..2 {
-                for (slot, normal) in normals.into_iter().enumerate() {
-                    let Some(normal) = normal.filter(|_| taken[slot].is_none()) else { continue };
-                    let g = DVec3::from_slice(&self.gradient[at..at + 3]);
-                    if !(normal.both_ways || g.dot(normal.direction) < 0.0) {
-                        continue;
-                    }
-                    // Perpendicular to those taken before, so that all of them stay out.
-                    let mut n = normal.direction;
-                    for other in taken.iter().flatten() {
-                        n -= *other * n.dot(*other);
-                    }
-                    let Some(n) = n.try_normalize() else { continue };
-                    taken[slot] = Some(n);
-                    self.take_out(plan, at, n);
-                }
-            }
-        }
-    }
-
-    fn take_out(&mut self, plan: &Plan, at: usize, n: DVec3) {
-        let remove = |v: &mut [f64]| {
-            let along = n.dot(DVec3::from_slice(v));
-            for i in 0..3 {
-                v[i] -= along * n[i];
-            }
+    /// Turns a ball's three directions to the axes of its cone, so that its limits too are ranges.
+    fn turn_to_limits(&mut self, plan: &Plan, state: &State, idx: usize, m: &Mover) {
+        let Some(cone) = m.motion.cone() else { return };
+        let (at, coord) = (m.dof + m.n_dofs - 3, m.coord + m.n_coords - 4);
+        let limits = cone.tangent_box(DQuat::from_slice(&state.coords[coord..coord + 4]));
+        let basis = DMat3::from_cols(limits.axes[0], limits.axes[1], limits.axes[2]);
+        self.bases[idx] = basis;
+        self.room[at..at + 3].copy_from_slice(&limits.room);
+        let into_basis = basis.transpose();
+        let turn = |v: &mut [f64]| {
+            let turned = into_basis * glam::DVec3::from_slice(v);
+            v[..3].copy_from_slice(&turned.to_array());
         };
-        remove(&mut self.gradient[at..at + 3]);
-        remove(&mut self.motion_gradient[at..at + 3]);
+        turn(&mut self.motion_gradient[at..at + 3]);
         let span = plan.spans[at];
         for row in 0..span.len {
             let index = |k: usize| plan.spans[at + k].start + row;
             let mut entry = [self.jacobian[index(0)], self.jacobian[index(1)], self.jacobian[index(2)]];
-            remove(&mut entry);
+            turn(&mut entry);
             for (k, e) in entry.into_iter().enumerate() {
                 self.jacobian[index(k)] = e;
             }
+        }
+    }
+
+    /// Where the cost pushes against the boundary of a cone, sliding along it falls back inside: the
+    /// boundary's bend times the push is curvature of the cost along the other two axes.
+    fn bend(&mut self, plan: &Plan, state: &State) {
+        for m in &plan.movers {
+            let Some(cone) = m.motion.cone() else { continue };
+            let (at, coord) = (m.dof + m.n_dofs - 3, m.coord + m.n_coords - 4);
+            if self.free[at] {
+                continue;
+            }
+            let limits = cone.tangent_box(DQuat::from_slice(&state.coords[coord..coord + 4]));
+            let bend = limits.curvature * self.gradient[at].abs();
+            self.curvature[at + 1] += bend;
+            self.curvature[at + 2] += bend;
         }
     }
 
@@ -208,17 +212,18 @@ impl StepSolver {
         self.residual.copy_from_slice(&state.scaled);
         self.delta.fill(0.0);
         rows.clear();
+        let has_curvature = plan.has_motions || plan.has_cones;
         let (inverse, free) = (&mut self.inverse[..n], &self.free[..n]);
         for k in 0..n {
-            if plan.has_motions {
-                inverse[k] = damping / (damping + state.motion_curvature[k]);
+            if has_curvature {
+                inverse[k] = damping / (damping + self.curvature[k]);
             }
             if free[k] {
                 rows.add_outer(k, inverse[k]);
             }
         }
         for round in 0..MOST_ROUNDS {
-            if !self.solve_open(plan, state, &mut rows, damping) {
+            if !self.solve_open(plan, &mut rows, damping) {
                 return false;
             }
             if round + 1 == MOST_ROUNDS || !self.fix_crossed(plan, &mut rows) {
@@ -229,17 +234,26 @@ impl StepSolver {
         for (delta, (down, up)) in self.delta.iter_mut().zip(&self.room) {
             *delta = delta.max(*down).min(*up);
         }
+        self.tangent.copy_from_slice(&self.delta);
+        if plan.has_cones {
+            for (m, basis) in plan.movers.iter().zip(&self.bases) {
+                if m.motion.cone().is_some() {
+                    let at = m.dof + m.n_dofs - 3;
+                    let turned = *basis * glam::DVec3::from_slice(&self.delta[at..at + 3]);
+                    self.tangent[at..at + 3].copy_from_slice(&turned.to_array());
+                }
+            }
+        }
         true
     }
 
     /// Solves for the open degrees of freedom; the others keep their `delta`.
     #[inline(always)]
-    fn solve_open(&mut self, plan: &Plan, state: &State, rows: &mut impl RowSystem, damping: f64) -> bool {
+    fn solve_open(&mut self, plan: &Plan, rows: &mut impl RowSystem, damping: f64) -> bool {
         let n = plan.n_dofs;
         self.y.copy_from_slice(&self.residual);
         let (open, delta, inverse) = (&self.open[..n], &mut self.delta[..n], &self.inverse[..n]);
-        let motion_gradient = if plan.has_cones { &self.motion_gradient } else { &state.motion_gradient };
-        let motion_gradient = &motion_gradient[..n];
+        let motion_gradient = &self.motion_gradient[..n];
         if plan.has_motions {
             for k in 0..n {
                 if open[k] {
@@ -282,16 +296,17 @@ impl StepSolver {
         self.y.copy_from_slice(&state.scaled);
         let mut memory = std::mem::take(&mut self.memory);
         let (delta, y) = (&self.delta[..plan.n_dofs], &mut self.y);
-        with_rows!(plan, &state.jacobian, &mut memory, rows => {
+        let jacobian = if plan.has_cones { &self.jacobian } else { &state.jacobian };
+        with_rows!(plan, jacobian, &mut memory, rows => {
             for (k, d) in delta.iter().enumerate() {
                 rows.add_column(k, *d, y);
             }
         });
         self.memory = memory;
         let mut cost = 0.0;
-        if plan.has_motions {
+        if plan.has_motions || plan.has_cones {
             for (k, d) in delta.iter().enumerate() {
-                cost += d * (2.0 * state.motion_gradient[k] + d * state.motion_curvature[k]);
+                cost += d * (2.0 * self.motion_gradient[k] + d * self.curvature[k]);
             }
         }
         for t in &plan.terms {
