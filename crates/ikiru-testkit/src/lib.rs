@@ -1,4 +1,6 @@
-//! What Ikiru's tests share: random rigs and poses, and an independent matrix-based forward kinematics.
+//! What Ikiru's tests share: random rigs and poses, an independent matrix-based forward kinematics, and an
+//! allocator that counts.
 
+pub mod allocations;
 pub mod reference;
 pub mod rigs;

@@ -1,0 +1,65 @@
+//! A warm solve does not allocate: every allocation of this process is counted.
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::{Frame, JointId, Scalar};
+use ikiru_solve::objectives::{
+    Direction, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
+};
+use ikiru_solve::{AdamOptions, Method, Problem, Residual, Search, Solver, SolverOptions};
+use ikiru_testkit::allocations::{Counting, count};
+use ikiru_testkit::rigs::{Random, random_rig};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[derive(Debug)]
+struct KeepApart {
+    joints: [JointId; 2],
+    distance: f64,
+}
+
+impl Residual for KeepApart {
+    fn joints(&self) -> &[JointId] {
+        &self.joints
+    }
+    fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]) {
+        residual[0] = frames[0].origin.distance(frames[1].origin) - S::from(self.distance);
+    }
+}
+
+#[test]
+fn after_one_warm_up_nothing_allocates() {
+    assert!(count(|| drop(std::hint::black_box(vec![1_u8; 100]))) > 0, "the counter counts");
+    let mut random = Random::new(2);
+    for case in 0..12 {
+        let rig = random_rig(30, case);
+        let [a, b] = [rig.n_joints() - 1, rig.n_joints() / 2].map(JointId::from_index);
+        let mut problem = Problem::whole_body(&rig);
+        let reach = problem.add(1.0, Position::new(a, DVec3::ZERO));
+        problem.add(0.3, Orientation::new(b, DQuat::IDENTITY));
+        problem.add(0.1, PoseTarget::new(b, DVec3::ONE, DQuat::IDENTITY));
+        problem.add(0.1, LookAt::new(a, DVec3::Z, DVec3::ONE));
+        problem.add(0.1, Direction::new(b, DVec3::Y, DVec3::X));
+        problem.add(0.1, KeepApart { joints: [a, b], distance: 0.2 });
+        problem.add(0.1, KnownRotation::new(&[]));
+        let joints: Vec<JointId> = problem.active().collect();
+        problem.add(0.01, RestPose::new(&joints, rig.rest_pose()));
+        for method in [Method::Lm, Method::Adam(AdamOptions::default())] {
+            for search in [Search::Local, Search::Global { max_restarts: 5 }] {
+                let solver =
+                    Solver::new(SolverOptions { method, search, max_iterations: 40, ..Default::default() });
+                let mut workspace = solver.workspace(&problem);
+                let mut pose = rig.rest_pose();
+                solver.solve(&problem, &mut pose, &mut workspace);
+                for _ in 0..5 {
+                    problem[reach].target = random.vector(0.5);
+                    let n = count(|| {
+                        let report = solver.solve(&problem, &mut pose, &mut workspace);
+                        assert!(report.cost.is_finite());
+                    });
+                    assert_eq!(n, 0, "case {case}, {method:?}, {search:?}");
+                }
+            }
+        }
+    }
+}
