@@ -1,1 +1,44 @@
 //! Readers and writers of the Ikiru inverse-kinematics library: glTF, poses as JSON, built-in rigs.
+//!
+//! [`read`] takes a `.glb`, `.gltf` or `.vrm` file, or the name of a rig that comes with the library, and
+//! gives a valid rig, its clips, and typed [`Warning`]s about what was mended. [`write_posed_glb`] and
+//! [`write_animated_glb`] give the same file back, mesh, skin and materials included, in a pose or with a
+//! motion.
+//!
+//! ```
+//! use ikiru_rig::Role;
+//!
+//! let loaded = ikiru_formats::read("builtin:human")?;
+//! let mut pose = loaded.rig.rest_pose();
+//! let elbow = loaded.rig.joint(Role::LeftLowerArm.name())?;
+//! pose.set_rotation(elbow, glam::DQuat::from_rotation_y(-1.0))?;
+//! let bytes = ikiru_formats::write_posed_glb(&loaded, &pose)?;
+//! let again = ikiru_formats::read_glb(&bytes, "posed.glb")?;
+//! let (wanted, found) = (pose.frame(elbow), again.rig.rest_pose().frame(elbow));
+//! assert!(wanted.origin.value().distance(found.origin.value()) < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What is promised
+//! A file either yields a valid rig or an [`Error`] that names file, place and reason; nothing panics. For
+//! any input, reading takes less memory than 64 MiB and eight times the file's size, and no reference
+//! leads out of the file's folder.
+
+pub mod gltf;
+
+mod builtin;
+mod error;
+mod file;
+mod json;
+mod loaded;
+mod vrm;
+mod warning;
+
+pub use builtin::{BUILTINS, builtin};
+pub use error::{Error, ErrorKind, Place};
+pub use file::{read, read_glb, read_gltf, save};
+pub use gltf::write::write_posed_glb;
+pub use gltf::write_animation::write_animated_glb;
+pub use json::pose_json;
+pub use loaded::Loaded;
+pub use warning::{BoneProblem, Warning};

@@ -1,0 +1,329 @@
+//! What can be wrong with a file: its name, the place, what was found and what was expected.
+
+use ikiru_rig::RigError;
+
+/// Why a file could not be read or written.
+///
+/// Carries the file's name, the place in it and, as [`ErrorKind`], what was found and what was expected.
+#[derive(Debug)]
+pub struct Error(Box<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    file: String,
+    place: Place,
+    kind: ErrorKind,
+}
+
+/// Where in a file something is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// A byte of the file, counted from 0.
+    Byte(u64),
+    /// A line and column of the JSON text, both counted from 1, with the member that stands there, if known.
+    Text {
+        /// Line.
+        line: usize,
+        /// Column, in bytes.
+        column: usize,
+        /// JSON pointer to the member, empty if unknown.
+        pointer: String,
+    },
+    /// A member of the JSON text, as a JSON pointer: `/nodes/17/rotation`.
+    Pointer(String),
+}
+
+/// What is wrong, with what was found and what was expected.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The operating system refused.
+    #[error("cannot {doing}: {source}")]
+    Io {
+        /// What was tried.
+        doing: &'static str,
+        /// The reason.
+        source: std::io::Error,
+    },
+    /// The file's name does not end in a format that can be read.
+    #[error("the ending '{found}' is not one that can be read: expected .glb, .gltf or .vrm")]
+    Ending {
+        /// The ending.
+        found: String,
+    },
+    /// There is no built-in rig of that name.
+    #[error("there is no built-in rig '{name}': expected one of {known}")]
+    Builtin {
+        /// What was asked for.
+        name: String,
+        /// Those that exist.
+        known: String,
+    },
+    /// The file ends too early.
+    #[error("the file is cut short: {what} needs {expected} bytes, {found} are there")]
+    Truncated {
+        /// What is incomplete.
+        what: &'static str,
+        /// Bytes that are there.
+        found: u64,
+        /// Bytes that should be.
+        expected: u64,
+    },
+    /// The first four bytes are not `glTF`.
+    #[error("not a binary glTF file: it begins with \"{}\", expected \"glTF\"", found.escape_ascii())]
+    Magic {
+        /// The bytes found.
+        found: Vec<u8>,
+    },
+    /// Another version than 2.
+    #[error("glTF version {found} cannot be read, expected version 2.0")]
+    Version {
+        /// The version found.
+        found: String,
+    },
+    /// A length in the file's header or a chunk's that is not true.
+    #[error("{what} claims {claimed} bytes, where {available} are available")]
+    Length {
+        /// Whose length.
+        what: &'static str,
+        /// What it says.
+        claimed: u64,
+        /// What it could be at most.
+        available: u64,
+    },
+    /// The first chunk is not JSON.
+    #[error("the first chunk is of type {found:#010x}, expected JSON ({:#010x})", crate::gltf::JSON_CHUNK)]
+    FirstChunk {
+        /// The type found.
+        found: u32,
+    },
+    /// The JSON text is not UTF-8.
+    #[error("the JSON text is not UTF-8")]
+    Utf8,
+    /// Not JSON at all.
+    #[error("not valid JSON: {message}")]
+    Syntax {
+        /// What the parser found and expected.
+        message: String,
+    },
+    /// Valid JSON, but a member has the wrong type or is missing.
+    #[error("not as glTF has it: {message}")]
+    Shape {
+        /// What was found and what was expected.
+        message: String,
+    },
+    /// A list that is longer than any real file's.
+    #[error("more than {most} elements, the most that are read")]
+    TooMany {
+        /// How many may be.
+        most: usize,
+    },
+    /// There is nothing to make a rig of.
+    #[error("the {0} has no nodes, expected at least one")]
+    NoNodes(&'static str),
+    /// An index beyond the end of its list.
+    #[error("{what} {found} does not exist: there {}", counted(*.count))]
+    OutOfRange {
+        /// What kind of thing it refers to.
+        what: &'static str,
+        /// The index.
+        found: u64,
+        /// How many there are.
+        count: usize,
+    },
+    /// A node that two nodes (or one node twice) call their child.
+    #[error("node {node} is a child of node {first} and again of node {second}: expected one parent")]
+    TwoParents {
+        /// The child.
+        node: u32,
+        /// Its first parent.
+        first: u32,
+        /// Its second.
+        second: u32,
+    },
+    /// Nodes that are their own ancestors.
+    #[error("node {node} is its own ancestor: expected a tree")]
+    Cycle {
+        /// One of them.
+        node: u32,
+    },
+    /// A scene's root that is not one.
+    #[error("node {node} is listed as a root but is a child of node {parent}")]
+    RootWithParent {
+        /// The node.
+        node: u32,
+        /// Its parent.
+        parent: u32,
+    },
+    /// A scene that lists a root twice.
+    #[error("node {node} is listed as a root twice")]
+    RootTwice {
+        /// The node.
+        node: u32,
+    },
+    /// A rotation or scale of no length.
+    #[error("{what} {found:?} has the length 0: expected {expected}")]
+    Zero {
+        /// Rotation, scale or matrix.
+        what: &'static str,
+        /// Its numbers.
+        found: Vec<f64>,
+        /// What should be there.
+        expected: &'static str,
+    },
+    /// A number too large to compute with.
+    #[error("{what} {found:?} is too large or too small to compute with, expected magnitudes up to 1e100")]
+    Magnitude {
+        /// Whose number.
+        what: &'static str,
+        /// The numbers.
+        found: Vec<f64>,
+    },
+    /// A matrix with a shear.
+    #[error("the matrix {found:?} has a shear: expected perpendicular axes")]
+    Shear {
+        /// Its numbers, column by column.
+        found: Vec<f64>,
+    },
+    /// A matrix whose last row is not 0, 0, 0, 1.
+    #[error("the matrix {found:?} is no affine transform: expected the last row 0, 0, 0, 1")]
+    NotAffine {
+        /// Its numbers, column by column.
+        found: Vec<f64>,
+    },
+    /// A reference to a file outside the folder of this one.
+    #[error("the reference '{uri}' {reason}: expected a file in the folder of this one, or below it")]
+    Uri {
+        /// The reference.
+        uri: String,
+        /// Why it is refused.
+        reason: &'static str,
+    },
+    /// The joints do not make a rig.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// A rig that was not read from a glTF file.
+    #[error(
+        "a rig without a source file cannot be written as .glb: expected one that was read from a glTF file"
+    )]
+    NoSource,
+    /// A pose or rig with other joints than the file's.
+    #[error("{what} does not fit the file: {difference}")]
+    OtherRig {
+        /// Pose, clip or rig.
+        what: &'static str,
+        /// The first difference.
+        difference: String,
+    },
+    /// A pose with numbers that are not finite, or a quaternion without unit length.
+    #[error("{what} has numbers that are not finite or a quaternion not of unit length")]
+    InvalidPose {
+        /// Pose or clip.
+        what: &'static str,
+    },
+    /// A buffer that the written file needs and that could not be read.
+    #[error("buffer {index} cannot be embedded: {reason}")]
+    Buffer {
+        /// Its position.
+        index: usize,
+        /// Why it is not there.
+        reason: String,
+    },
+    /// A file beyond the 4 GiB that its format allows.
+    #[error("the file would have {bytes} bytes, more than the 4 GiB that .glb allows")]
+    TooLarge {
+        /// Its size.
+        bytes: u64,
+    },
+}
+
+fn counted(count: usize) -> String {
+    match count {
+        0 => "are none".to_owned(),
+        1 => "is only number 0".to_owned(),
+        n => format!("are numbers 0 to {}", n - 1),
+    }
+}
+
+impl Error {
+    pub(crate) fn new(file: impl Into<String>, place: Place, kind: ErrorKind) -> Self {
+        Self(Box::new(Inner { file: file.into(), place, kind }))
+    }
+
+    /// The file's name, as it was given.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        &self.0.file
+    }
+
+    /// Where in the file.
+    #[must_use]
+    pub fn place(&self) -> &Place {
+        &self.0.place
+    }
+
+    /// What is wrong.
+    #[must_use]
+    pub fn kind(&self) -> &ErrorKind {
+        &self.0.kind
+    }
+}
+
+impl std::fmt::Display for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.0.place {
+            Place::File => write!(f, "{}: {}", self.0.file, self.0.kind),
+            place => write!(f, "{}, {place}: {}", self.0.file, self.0.kind),
+        }
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        std::error::Error::source(&self.0.kind)
+    }
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::File => f.write_str("the file"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+            Self::Text { line, column, pointer } if pointer.is_empty() => {
+                write!(f, "line {line} column {column} of the JSON text")
+            }
+            Self::Text { line, column, pointer } => {
+                write!(f, "{pointer} (line {line} column {column} of the JSON text)")
+            }
+            Self::Pointer(pointer) => f.write_str(pointer),
+        }
+    }
+}
+
+/// An error whose file is not known yet.
+#[derive(Debug)]
+pub(crate) struct Fault(Box<(Place, ErrorKind)>);
+
+impl Fault {
+    pub(crate) fn new(place: Place, kind: ErrorKind) -> Self {
+        Self(Box::new((place, kind)))
+    }
+
+    pub(crate) fn at(pointer: impl Into<String>, kind: ErrorKind) -> Self {
+        Self::new(Place::Pointer(pointer.into()), kind)
+    }
+
+    pub(crate) fn in_file(self, file: &str) -> Error {
+        let (place, kind) = *self.0;
+        Error::new(file, place, kind)
+    }
+}
+
+impl From<ErrorKind> for Fault {
+    fn from(kind: ErrorKind) -> Self {
+        Self::new(Place::File, kind)
+    }
+}

@@ -1,0 +1,91 @@
+//! Files on disk: which reader a name asks for, and saving without half-written files.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::builtin::{PREFIX, builtin};
+use crate::error::{Error, ErrorKind, Place};
+use crate::gltf;
+use crate::loaded::Loaded;
+
+/// Reads a file, by its ending: `.glb`, `.gltf` or `.vrm`. The names of built-in rigs, such as
+/// `builtin:human`, are understood as well.
+///
+/// # Errors
+/// When the file cannot be read or is not valid; the error names the place in the file and the reason.
+pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
+    let path = path.as_ref();
+    if let Some(name) = path.to_str().filter(|name| name.starts_with(PREFIX)) {
+        return builtin(name);
+    }
+    let name = path.display().to_string();
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let in_container = match ending.as_str() {
+        "glb" | "vrm" => true,
+        "gltf" => false,
+        _ => {
+            let found = if ending.is_empty() { String::new() } else { format!(".{ending}") };
+            return Err(Error::new(name, Place::File, ErrorKind::Ending { found }));
+        }
+    };
+    let bytes = fs::read(path).map_err(|source| {
+        Error::new(&*name, Place::File, ErrorKind::Io { doing: "read the file", source })
+    })?;
+    // A binary file under the other name is not worth an error.
+    let in_container = in_container || bytes.starts_with(gltf::MAGIC);
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    gltf::read::read(bytes, in_container, Some(folder), &name)
+}
+
+/// Reads a binary glTF or VRM file from memory; `name` stands in messages. Other files that it refers to are
+/// not looked for.
+///
+/// # Errors
+/// When the file is not valid.
+pub fn read_glb(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
+    gltf::read::read(bytes.to_vec(), true, None, name)
+}
+
+/// Reads the text of a glTF file from memory; `name` stands in messages. Files that it refers to are looked
+/// for in `folder` and below, and nowhere else.
+///
+/// # Errors
+/// When the file is not valid.
+pub fn read_gltf(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Loaded, Error> {
+    gltf::read::read(bytes.to_vec(), false, folder, name)
+}
+
+/// Writes a file as a whole: it is written beside its place and then moved there, so that no reader sees a
+/// half of it and a failure leaves an older file as it was. What is not a plain file is written directly.
+///
+/// # Errors
+/// When the system refuses; the error says which file and what was tried.
+pub fn save(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), Error> {
+    let path = path.as_ref();
+    let fail = |doing| {
+        move |source| Error::new(path.display().to_string(), Place::File, ErrorKind::Io { doing, source })
+    };
+    // Through links, so that a link stays one.
+    let target: PathBuf = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let older = fs::metadata(&target).ok();
+    if older.as_ref().is_some_and(|m| !m.is_file()) {
+        return fs::write(&target, bytes).map_err(fail("write the file"));
+    }
+    let name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let beside = target.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
+    let written = fs::File::create(&beside)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .map_err(fail("write a file beside it"))
+        .and_then(|()| match older {
+            Some(older) => fs::set_permissions(&beside, older.permissions())
+                .map_err(fail("give it the permissions of the older file")),
+            None => Ok(()),
+        })
+        .and_then(|()| fs::rename(&beside, &target).map_err(fail("move the new file to its place")));
+    if written.is_err() {
+        // Nothing more can be done if this fails too.
+        let _ = fs::remove_file(&beside);
+    }
+    written
+}

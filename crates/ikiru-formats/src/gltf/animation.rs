@@ -1,0 +1,288 @@
+//! Animations as clips: all rotation channels of one animation, sampled at the union of their key times.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use glam::DVec3;
+use ikiru_rig::{Clip, JointId, Motion, Rig};
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use crate::gltf::accessor::{At, Data, Kind};
+use crate::gltf::document::{Capped, Document, parse_part};
+use crate::gltf::problem::DataProblem;
+use crate::gltf::source::Binding;
+use crate::gltf::track::{Budget, Interpolation, Track, sample, union};
+use crate::gltf::transform::{UNIFORM, unit};
+use crate::gltf::tree::NONE;
+use crate::warning::{Warning, Warnings, short};
+
+#[derive(Deserialize)]
+#[serde(expecting = "an animation object")]
+struct AnimationEntry<'a> {
+    #[serde(default)]
+    name: String,
+    #[serde(borrow)]
+    channels: Vec<ChannelEntry<'a>>,
+    samplers: Vec<SamplerEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(expecting = "a channel object")]
+struct ChannelEntry<'a> {
+    sampler: u32,
+    #[serde(borrow)]
+    target: TargetEntry<'a>,
+}
+
+#[derive(Deserialize)]
+#[serde(expecting = "a target object")]
+struct TargetEntry<'a> {
+    node: Option<u32>,
+    #[serde(borrow)]
+    path: Cow<'a, str>,
+}
+
+#[derive(Deserialize)]
+#[serde(expecting = "a sampler object")]
+struct SamplerEntry {
+    input: u32,
+    output: u32,
+    #[serde(default)]
+    interpolation: Interpolation,
+}
+
+pub(crate) struct Scene<'s> {
+    pub(crate) rig: &'s Rig,
+    pub(crate) bindings: &'s [Binding],
+    pub(crate) joint_of_node: &'s [u32],
+}
+
+/// All clips of a document; what cannot be read becomes a warning. `buffers` holds each buffer's bytes.
+pub(crate) fn clips<'d>(
+    document: &Document<'d>,
+    buffers: Vec<Result<&[u8], String>>,
+    scene: &Scene<'_>,
+    n_bytes: usize,
+    warnings: &mut Warnings,
+) -> Vec<Clip> {
+    let Some(animations) = document.animations else { return Vec::new() };
+    let dropped = |(place, problem)| Warning::Animations { place, problem };
+    let shape = |(place, message)| (place, DataProblem::Shape(message));
+    let animations: Capped<&RawValue> = match parse_part(animations.get(), "/animations").map_err(shape) {
+        Ok(list) => list,
+        Err(fault) => {
+            warnings.push(|| dropped(fault));
+            return Vec::new();
+        }
+    };
+    if animations.is_empty() {
+        return Vec::new();
+    }
+    let list = |part: Option<&'d RawValue>| part.map_or("[]", RawValue::get);
+    let accessors = parse_part(list(document.accessors), "/accessors").map_err(shape);
+    let views = parse_part(list(document.buffer_views), "/bufferViews").map_err(shape);
+    let (accessors, views) = match (accessors, views) {
+        (Ok(accessors), Ok(views)) => (accessors, views),
+        (Err(fault), _) | (_, Err(fault)) => {
+            warnings.push(|| dropped(fault));
+            return Vec::new();
+        }
+    };
+    let most = (n_bytes as u64).saturating_add(65_536);
+    let data = Data { accessors, views, buffers, most };
+    let mut budget = Budget::new(n_bytes, scene.rig.n_joints());
+    let mut clips = Vec::new();
+    for (idx, text) in animations.iter().enumerate() {
+        let mut name = format!("clip_{idx}");
+        match clip(idx, text.get(), &mut name, &data, scene, &mut budget, warnings) {
+            Ok(clip) => clips.push(clip),
+            Err((place, problem)) => {
+                warnings.push(|| Warning::ClipDropped { clip: short(&name), place, problem });
+            }
+        }
+    }
+    clips
+}
+
+fn clip(
+    idx: usize,
+    text: &str,
+    name: &mut String,
+    data: &Data<'_>,
+    scene: &Scene<'_>,
+    budget: &mut Budget,
+    warnings: &mut Warnings,
+) -> At<Clip> {
+    let entry: AnimationEntry<'_> = parse_part(text, &format!("/animations/{idx}"))
+        .map_err(|(place, message)| (place, DataProblem::Shape(message)))?;
+    if !entry.name.is_empty() {
+        name.clone_from(&entry.name);
+    }
+    let mut reader = Reader {
+        at: format!("/animations/{idx}"),
+        entry: &entry,
+        data,
+        scene,
+        size: None,
+        times: HashMap::new(),
+        ignored: BTreeMap::new(),
+    };
+    let mut tracks = Vec::new();
+    let mut targets = HashSet::new();
+    for (at, channel) in entry.channels.iter().enumerate() {
+        if let Some(node) = channel.target.node
+            && !targets.insert((node, &*channel.target.path))
+        {
+            return Err((format!("/animations/{idx}/channels/{at}"), DataProblem::Repeated));
+        }
+        tracks.extend(reader.track(at, channel, budget)?);
+    }
+    let Reader { times, ignored, .. } = reader;
+    if tracks.is_empty() {
+        return Err((format!("/animations/{idx}"), DataProblem::Still));
+    }
+    let times = union(&tracks, &times, scene.rig, budget)
+        .map_err(|problem| (format!("/animations/{idx}"), problem))
+        .map(|union| (union, times))?;
+    let clip = sample(name, &mut tracks, times.0, &times.1, scene.rig)
+        .map_err(|message| (format!("/animations/{idx}"), DataProblem::Shape(message)))?;
+    for (path, (count, first)) in ignored {
+        warnings.push(|| Warning::ChannelsIgnored { clip: short(name), path, count, first });
+    }
+    Ok(clip)
+}
+
+struct Reader<'r, 'b> {
+    at: String,
+    entry: &'r AnimationEntry<'r>,
+    data: &'r Data<'b>,
+    scene: &'r Scene<'r>,
+    /// The rig's size, once it is needed.
+    size: Option<f64>,
+    /// Key times by accessor.
+    times: HashMap<u32, Vec<f64>>,
+    /// Channels that change nothing a rig has: how many by path, and the first one's node.
+    ignored: BTreeMap<String, (usize, String)>,
+}
+
+impl<'b> Reader<'_, 'b> {
+    /// The track of a channel, if it turns a joint that can turn.
+    fn track(&mut self, at: usize, channel: &ChannelEntry<'_>, budget: &mut Budget) -> At<Option<Track<'b>>> {
+        let place = || format!("{}/channels/{at}", self.at);
+        // Without a node, an extension says what moves: nothing of a rig.
+        let Some(node) = channel.target.node else { return Ok(None) };
+        let Some(joint) = self.scene.joint_of_node.get(node as usize).copied() else {
+            let count = self.scene.joint_of_node.len();
+            let problem = DataProblem::OutOfRange { what: "node", found: node, count };
+            return Err((format!("{}/target/node", place()), problem));
+        };
+        let Some(sampler) = self.entry.samplers.get(channel.sampler as usize) else {
+            let (found, count) = (channel.sampler, self.entry.samplers.len());
+            return Err((place(), DataProblem::OutOfRange { what: "sampler", found, count }));
+        };
+        let (kind, integers) = match &*channel.target.path {
+            "rotation" => (Kind::Vec4, true),
+            "translation" | "scale" => (Kind::Vec3, false),
+            path => {
+                self.ignore(path, node, joint);
+                return Ok(None);
+            }
+        };
+        if joint == NONE {
+            self.ignore(&channel.target.path, node, joint);
+            return Ok(None);
+        }
+        self.read_times(sampler.input, budget)?;
+        let n_times = self.times.get(&sampler.input).map_or(0, Vec::len);
+        let values = self.data.values(sampler.output, kind, integers)?;
+        let per_key = if sampler.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        if values.count != n_times.saturating_mul(per_key) {
+            let (found, expected) = (values.count as u64, n_times.saturating_mul(per_key) as u64);
+            return Err((format!("/accessors/{}", sampler.output), DataProblem::Count { found, expected }));
+        }
+        if values.count > budget.elements {
+            return Err((format!("/accessors/{}", sampler.output), DataProblem::Claims(values.count as u64)));
+        }
+        budget.elements -= values.count;
+        let id = JointId::from_index(joint as usize);
+        let (Some(data), Some(binding)) =
+            (self.scene.rig.get(id), self.scene.bindings.get(joint as usize).copied())
+        else {
+            return Ok(None);
+        };
+        let keys = || (0..n_times).map(|k| if per_key == 3 { 3 * k + 1 } else { k });
+        let changes = match &*channel.target.path {
+            "rotation" => {
+                if let Some(at) = keys().find(|k| unit(values.get(*k)).is_none()) {
+                    return Err((format!("/accessors/{}", sampler.output), DataProblem::Rotation { at }));
+                }
+                let motion_of = (data.rest_rotation.inverse(), binding.half_turn.quaternion());
+                if matches!(data.motion, Motion::Ball { .. }) {
+                    let (input, interpolation) = (sampler.input, sampler.interpolation);
+                    return Ok(Some(Track { joint: id, input, interpolation, values, motion_of, key: 0 }));
+                }
+                keys().any(|k| {
+                    let q = unit(values.get(k)).unwrap_or_default();
+                    let w = (motion_of.0 * q * motion_of.1).w.abs();
+                    w < 1.0 - 1e-10
+                })
+            }
+            "translation" => {
+                let rig = self.scene.rig;
+                let tolerance = 1e-6 * *self.size.get_or_insert_with(|| rig.size());
+                keys().any(|k| {
+                    let offset = DVec3::from_array(values.get(k)) * binding.scale_above;
+                    // Also true of what is not a number.
+                    !(offset - data.rest_translation).abs().cmple(DVec3::splat(tolerance)).all()
+                })
+            }
+            _ => keys().any(|k| {
+                let tolerance = UNIFORM * binding.scale.abs();
+                let scale = DVec3::from_array(values.get(k)).abs();
+                !(scale - binding.scale.abs()).abs().cmple(DVec3::splat(tolerance)).all()
+            }),
+        };
+        if changes {
+            self.ignore(&channel.target.path, node, joint);
+        }
+        Ok(None)
+    }
+
+    fn ignore(&mut self, path: &str, node: u32, joint: u32) {
+        let name = || {
+            let joint = self.scene.rig.get(JointId::from_index(joint as usize));
+            joint.map_or_else(|| format!("node {node}"), |j| short(&j.name))
+        };
+        // glTF has four; what extensions name is one more.
+        let known = ["translation", "rotation", "scale", "weights"];
+        let path = if known.contains(&path) { path } else { "other" }.to_owned();
+        let (count, _) = self.ignored.entry(path).or_insert_with(|| (0, name()));
+        *count = count.saturating_add(1);
+    }
+
+    /// Reads the times of an accessor, once.
+    fn read_times(&mut self, input: u32, budget: &mut Budget) -> At<()> {
+        if self.times.contains_key(&input) {
+            return Ok(());
+        }
+        let at = format!("/accessors/{input}");
+        let values = self.data.values(input, Kind::Scalar, false)?;
+        if values.count > budget.times {
+            return Err((at, DataProblem::Claims(values.count as u64)));
+        }
+        budget.times -= values.count;
+        let mut times = Vec::with_capacity(values.count);
+        let mut previous = f64::NEG_INFINITY;
+        for at_key in 0..values.count {
+            let [secs] = values.get(at_key);
+            if !secs.is_finite() || secs <= previous {
+                return Err((at, DataProblem::Time { at: at_key, secs }));
+            }
+            times.push(secs);
+            previous = secs;
+        }
+        self.times.insert(input, times);
+        Ok(())
+    }
+}

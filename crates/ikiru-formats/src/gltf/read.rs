@@ -1,0 +1,216 @@
+//! A glTF document → a rig with its clips: every node of the default scene is a joint.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder};
+
+use crate::error::{Error, ErrorKind, Fault, Place};
+use crate::gltf::animation::{self, Scene};
+use crate::gltf::buffer;
+use crate::gltf::container::{self, Parts};
+use crate::gltf::document::{Document, Node, Skin};
+use crate::gltf::names::new_names;
+use crate::gltf::source::{Binding, Source};
+use crate::gltf::transform::{baked, local, scale_below};
+use crate::gltf::tree::{NONE, Tree, out_of_range};
+use crate::loaded::Loaded;
+use crate::vrm;
+use crate::warning::{Warning, Warnings};
+
+/// Reads a document, in a container or as text. Files that it refers to are looked for in `folder`.
+pub(crate) fn read(
+    file: Vec<u8>,
+    in_container: bool,
+    folder: Option<&Path>,
+    name: &str,
+) -> Result<Loaded, Error> {
+    load(file, in_container, folder, name).map_err(|fault| fault.in_file(name))
+}
+
+fn load(file: Vec<u8>, in_container: bool, folder: Option<&Path>, name: &str) -> Result<Loaded, Fault> {
+    let mut warnings = Warnings::default();
+    let parts = if in_container {
+        container::split(&file)?
+    } else {
+        // A byte order mark is against the rules, and common.
+        let start = if file.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        Parts { json: start..file.len(), ..Parts::default() }
+    };
+    if parts.trailing > 0 {
+        warnings.push(|| Warning::TrailingBytes { count: parts.trailing as u64 });
+    }
+    let text = std::str::from_utf8(file.get(parts.json.clone()).unwrap_or_default()).map_err(|error| {
+        let byte = parts.json.start.saturating_add(error.valid_up_to());
+        Fault::new(Place::Byte(byte as u64), ErrorKind::Utf8)
+    })?;
+    let mut document = Document::parse(text)?;
+    check_version(&document, &mut warnings)?;
+    let tree = Tree::new(&document)?;
+    let skinned = skinned(&document.skins, document.nodes.len())?;
+    // Taken out, so that their memory is free before the rig is built.
+    let nodes = std::mem::take(&mut document.nodes.0);
+    let joint_of_node = joint_of_node(&tree, nodes.len());
+    let (mut builder, bindings) = joints(nodes, &tree, &skinned, &joint_of_node, &mut warnings)?;
+    drop((tree, skinned));
+    add_roles(&document, &mut builder, &joint_of_node, &mut warnings);
+    let rig = builder.build().map_err(ErrorKind::from)?;
+
+    let buffers = buffer::resolve(&document.buffers, parts.bin.clone(), folder)?;
+    let bytes = buffers.iter().map(|b| match b {
+        buffer::Buffer::Missing(reason) => Err(reason.clone()),
+        found => found.bytes(&file).ok_or_else(|| "it is empty".to_owned()),
+    });
+    let scene = Scene { rig: &rig, bindings: &bindings, joint_of_node: &joint_of_node };
+    let n_bytes = buffers.iter().fold(file.len(), |sum, b| match b {
+        buffer::Buffer::External(bytes) => sum.saturating_add(bytes.len()),
+        _ => sum,
+    });
+    let clips = animation::clips(&document, bytes.collect(), &scene, n_bytes, &mut warnings);
+    drop(document);
+    let source = Source {
+        name: name.to_owned(),
+        folder: folder.map(Path::to_owned),
+        file,
+        json: parts.json,
+        bin: parts.bin,
+        others: parts.others,
+        buffers,
+        bindings,
+    };
+    Ok(Loaded { rig, clips, warnings: warnings.into_vec(), source: Some(Arc::new(source)) })
+}
+
+fn check_version(document: &Document<'_>, warnings: &mut Warnings) -> Result<(), Fault> {
+    let (version, minimum) = match &document.asset {
+        Some(asset) => (asset.version.as_deref(), asset.min_version.as_deref()),
+        None => (None, None),
+    };
+    let refuse = |pointer: &str, found: &str| {
+        Err(Fault::at(pointer, ErrorKind::Version { found: found.chars().take(20).collect() }))
+    };
+    match version {
+        None => warnings.push(|| Warning::NoVersion),
+        Some(version) if version == "2" || version.starts_with("2.") => {}
+        Some(version) => return refuse("/asset/version", version),
+    }
+    match minimum {
+        None | Some("2.0" | "2") => Ok(()),
+        Some(minimum) => refuse("/asset/minVersion", minimum),
+    }
+}
+
+/// Which nodes a skin uses.
+fn skinned(skins: &[Skin], n_nodes: usize) -> Result<Vec<bool>, Fault> {
+    let mut skinned = vec![false; n_nodes];
+    for (idx, skin) in skins.iter().enumerate() {
+        for (at, node) in skin.joints.iter().enumerate() {
+            match skinned.get_mut(*node as usize) {
+                Some(flag) => *flag = true,
+                None => {
+                    return Err(out_of_range(format!("/skins/{idx}/joints/{at}"), "node", *node, n_nodes));
+                }
+            }
+        }
+    }
+    Ok(skinned)
+}
+
+/// The joint of each node; [`NONE`] outside the scene.
+fn joint_of_node(tree: &Tree, n_nodes: usize) -> Vec<u32> {
+    let mut joints = vec![NONE; n_nodes];
+    for (joint, node) in (0u32..).zip(&tree.order) {
+        if let Some(slot) = joints.get_mut(*node as usize) {
+            *slot = joint;
+        }
+    }
+    joints
+}
+
+/// One joint a node, with the scale of what is above baked into its offset.
+fn joints(
+    mut nodes: Vec<Node>,
+    tree: &Tree,
+    skinned: &[bool],
+    joint_of_node: &[u32],
+    warnings: &mut Warnings,
+) -> Result<(RigBuilder, Vec<Binding>), Fault> {
+    let mut new_names = new_names(&nodes, &tree.order, warnings);
+    let mut builder = RigBuilder::new();
+    let mut bindings: Vec<Binding> = Vec::with_capacity(tree.order.len());
+    for idx in &tree.order {
+        let Some(mut node) = nodes.get_mut(*idx as usize).map(std::mem::take) else { continue };
+        let own = |table: &[u32]| table.get(*idx as usize).copied().unwrap_or(NONE);
+        let parent = joint_of_node.get(own(&tree.parent) as usize).map(|joint| *joint as usize);
+        let above = parent.and_then(|p| bindings.get(p)).map_or(1.0, |b| b.scale_above * b.scale);
+        let name = new_names.remove(idx).unwrap_or_else(|| std::mem::take(&mut node.name));
+        let local = local(&node, *idx, &name, warnings)?;
+        let magnitude =
+            |what, found| Fault::at(format!("/nodes/{idx}"), ErrorKind::Magnitude { what, found });
+        let Some(offset) = baked(local.translation, above) else {
+            let found = local.translation.to_array().to_vec();
+            return Err(magnitude("with the scale of its parents, the translation", found));
+        };
+        if scale_below(above, local.scale).is_none() {
+            return Err(magnitude("with the scale of its parents, the scale", vec![local.scale]));
+        }
+        let mut joint = Joint::new(name, parent.map(JointId::from_index));
+        joint.rest_rotation = local.rotation;
+        joint.rest_translation = offset;
+        if skinned.get(*idx as usize) == Some(&true) {
+            joint.motion = Motion::BALL;
+        }
+        builder.add(joint);
+        bindings.push(Binding {
+            node: *idx,
+            half_turn: local.half_turn,
+            scale_above: above,
+            scale: local.scale,
+        });
+    }
+    Ok((builder, bindings))
+}
+
+fn add_roles(
+    document: &Document<'_>,
+    builder: &mut RigBuilder,
+    joint_of_node: &[u32],
+    warnings: &mut Warnings,
+) {
+    let joint = |node: u64| {
+        let joint = usize::try_from(node).ok().and_then(|node| joint_of_node.get(node));
+        joint.map(|joint| (*joint != NONE).then_some(*joint as usize))
+    };
+    let joints = builder.joints_mut();
+    let name = |joint: usize| joints.get(joint).map_or_else(String::new, |j| j.name.clone());
+    let roles = vrm::read::roles(document.extensions, joint, name, warnings);
+    for (joint, role) in roles {
+        if let Some(joint) = joints.get_mut(joint) {
+            joint.role = Some(role);
+        }
+    }
+}
+
+/// Whether two rigs have the same joints in the same places: what one of them is written with serves the
+/// other. The first difference otherwise.
+pub(crate) fn difference(of_file: &Rig, other: &Rig) -> Option<String> {
+    if of_file.n_joints() != other.n_joints() {
+        return Some(format!("it has {} joints, the file {}", other.n_joints(), of_file.n_joints()));
+    }
+    if of_file.is_same(other) {
+        return None;
+    }
+    of_file.joints().iter().zip(other.joints()).enumerate().find_map(|(idx, (ours, theirs))| {
+        if ours.name != theirs.name {
+            Some(format!("joint {idx} is '{}', in the file '{}'", theirs.name, ours.name))
+        } else if ours.parent != theirs.parent {
+            Some(format!("joint '{}' has another parent than in the file", ours.name))
+        } else if ours.rest_rotation != theirs.rest_rotation
+            || ours.rest_translation != theirs.rest_translation
+        {
+            Some(format!("joint '{}' has another rest transform than in the file", ours.name))
+        } else {
+            None
+        }
+    })
+}

@@ -1,0 +1,134 @@
+//! What a reader gives: the rig, its clips, what was mended, and the document for writing.
+
+use std::sync::Arc;
+
+use ikiru_rig::{Clip, EulerOrder, JointId, Motion, Pose, Rig};
+
+use crate::error::{Error, ErrorKind, Place};
+use crate::gltf::Source;
+use crate::gltf::read::difference;
+use crate::warning::Warning;
+
+/// A file, read.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// Its joints.
+    pub rig: Rig,
+    /// Its animations, as poses of that rig.
+    pub clips: Vec<Clip>,
+    /// What was mended or left out.
+    pub warnings: Vec<Warning>,
+    pub(crate) source: Option<Arc<Source>>,
+}
+
+impl Loaded {
+    /// A rig made by other means than reading; it has no [`source`](Self::source).
+    #[must_use]
+    pub fn from_rig(rig: Rig) -> Self {
+        Self { rig, clips: Vec::new(), warnings: Vec::new(), source: None }
+    }
+
+    /// The document that the rig was read from: what writing needs besides the rig.
+    #[must_use]
+    pub fn source(&self) -> Option<&Source> {
+        self.source.as_deref()
+    }
+
+    /// The same file with a changed rig: the same joints in the same order, with other motions or limits.
+    ///
+    /// Clips come along where the changed joints can move as they do: rotations become Euler angles where a
+    /// joint is Euler now, and a joint that turns in the clip but cannot turn any more drops the clip with a
+    /// warning. Poses are not projected into limits.
+    ///
+    /// # Errors
+    /// When the rig has other joints, or other rest transforms.
+    pub fn with_rig(mut self, rig: Rig) -> Result<Self, Error> {
+        if let Some(difference) = difference(&self.rig, &rig) {
+            let file = self.source().map_or("rig", Source::name).to_owned();
+            let kind = ErrorKind::OtherRig { what: "the rig", difference };
+            return Err(Error::new(file, Place::File, kind));
+        }
+        for clip in std::mem::take(&mut self.clips) {
+            match moved(&clip, &rig) {
+                Ok(clip) => self.clips.push(clip),
+                Err(joint) => {
+                    self.warnings.push(Warning::ClipUnfit { clip: clip.name().to_owned(), joint });
+                }
+            }
+        }
+        self.rig = rig;
+        Ok(self)
+    }
+}
+
+/// A clip as poses of another rig with the same joints; the joint that cannot take its motion otherwise.
+fn moved(clip: &Clip, rig: &Rig) -> Result<Clip, String> {
+    let mut poses: Vec<Pose> = Vec::with_capacity(clip.poses().len());
+    for from in clip.poses() {
+        let mut pose = rig.rest_pose();
+        for (id, joint) in rig.ids().zip(rig.joints()) {
+            take_motion(&mut pose, from, id, &joint.motion, poses.last())
+                .ok_or_else(|| joint.name.clone())?;
+        }
+        poses.push(pose);
+    }
+    Clip::new(clip.name(), clip.times().to_vec(), poses).map_err(|_| String::new())
+}
+
+/// Lets one joint move as in another rig's pose; `None` if it cannot.
+fn take_motion(pose: &mut Pose, from: &Pose, id: JointId, to: &Motion, before: Option<&Pose>) -> Option<()> {
+    let old = from.rig().get(id)?.motion;
+    match (old, to) {
+        (Motion::Hinge { axis: a, .. }, Motion::Hinge { axis: b, .. })
+        | (Motion::Slider { axis: a, .. }, Motion::Slider { axis: b, .. })
+            if a == *b =>
+        {
+            // A follower has no value of its own to set.
+            return match pose.rig().get(id)?.mimic {
+                None => pose.set_value(id, from.value(id)?).ok(),
+                Some(_) => Some(()),
+            };
+        }
+        (Motion::Euler { order: a, .. }, Motion::Euler { order: b, .. }) if a == *b => {
+            return pose.set_euler(id, from.euler(id)?).ok();
+        }
+        _ => {}
+    }
+    let (rotation, translation) = (from.rotation(id), from.translation(id));
+    match to {
+        Motion::Free { .. } => pose.set_translation(id, translation).ok()?,
+        _ if translation.length() > 1e-9 => return None,
+        _ => {}
+    }
+    match to {
+        Motion::Ball { .. } | Motion::Free { .. } => pose.set_rotation(id, rotation).ok(),
+        Motion::Euler { order, .. } => {
+            let previous = before.and_then(|b| b.euler(id)).unwrap_or_default();
+            pose.set_euler(id, nearest_angles(*order, order.angles(rotation), previous)).ok()
+        }
+        Motion::Fixed | Motion::Hinge { .. } | Motion::Slider { .. } => {
+            (rotation.w.abs() > 1.0 - 1e-12).then_some(())
+        }
+    }
+}
+
+/// Of the angles that give the same rotation, those nearest to the pose before: what lies between two poses
+/// then goes the short way.
+fn nearest_angles(order: EulerOrder, angles: [f64; 3], previous: [f64; 3]) -> [f64; 3] {
+    use std::f64::consts::{PI, TAU};
+    let [_, middle, _] = order.axes();
+    let mut flipped = angles;
+    for (axis, angle) in flipped.iter_mut().enumerate() {
+        *angle = if axis == middle { PI - *angle } else { *angle + PI };
+    }
+    let near = |mut angles: [f64; 3]| {
+        let mut distance = 0.0;
+        for (angle, previous) in angles.iter_mut().zip(previous) {
+            *angle -= TAU * ((*angle - previous) / TAU).round();
+            distance += (*angle - previous).powi(2);
+        }
+        (distance, angles)
+    };
+    let (a, b) = (near(angles), near(flipped));
+    if a.0 <= b.0 { a.1 } else { b.1 }
+}

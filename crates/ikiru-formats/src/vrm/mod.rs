@@ -1,0 +1,3 @@
+//! VRM: what it adds to glTF.
+
+pub(crate) mod read;

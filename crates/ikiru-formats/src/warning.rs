@@ -1,0 +1,238 @@
+//! What a reader mended or left out, for the user to know.
+
+use crate::gltf::DataProblem;
+
+/// Something in a file that was mended or left out. The rig that came of it is valid.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The file does not say which version of glTF it is; version 2.0 was assumed.
+    NoVersion,
+    /// The file goes on after its end.
+    TrailingBytes {
+        /// How many bytes were left unread.
+        count: u64,
+    },
+    /// Nodes without a name, which were called `node_0`, … after their position.
+    Unnamed {
+        /// How many.
+        count: usize,
+        /// What the first is called now.
+        first: String,
+    },
+    /// A name that another node bears already.
+    Renamed {
+        /// Position of the node in the file.
+        node: u32,
+        /// Its name in the file.
+        name: String,
+        /// Its name in the rig.
+        renamed: String,
+    },
+    /// A rotation more than 1e-3 off unit length, which was normalised.
+    RotationLength {
+        /// Name of the joint.
+        joint: String,
+        /// The quaternion's length.
+        length: f64,
+    },
+    /// A scale that differs between the axes by more than 1e-3; offsets below it use the mean.
+    NonUniformScale {
+        /// Name of the joint.
+        joint: String,
+        /// The scale of each axis.
+        scale: [f64; 3],
+        /// The one that is used.
+        used: f64,
+    },
+    /// A mirrored node: what lies below is where it should be, but its frames are turned by a rotation alone.
+    Mirrored {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A node with a matrix and a translation, rotation or scale besides; the matrix was used.
+    MatrixAndParts {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A humanoid bone of a VRM file that could not be used.
+    HumanoidBone {
+        /// VRM's name of the bone.
+        bone: String,
+        /// Why.
+        reason: BoneProblem,
+    },
+    /// The humanoid bones of a VRM file could not be read.
+    HumanoidMap {
+        /// What was found and expected.
+        reason: String,
+    },
+    /// A VRM 0.x file, of which only the glTF part is read: no humanoid bones, and it faces −z.
+    OldVrm,
+    /// The list of animations could not be read; the rig has no clips.
+    Animations {
+        /// JSON pointer to what is wrong.
+        place: String,
+        /// Why.
+        problem: DataProblem,
+    },
+    /// An animation that could not be read.
+    ClipDropped {
+        /// Its name.
+        clip: String,
+        /// JSON pointer to what is wrong.
+        place: String,
+        /// Why.
+        problem: DataProblem,
+    },
+    /// A clip that does not fit a changed rig.
+    ClipUnfit {
+        /// Its name.
+        clip: String,
+        /// The joint that cannot take its motion any more.
+        joint: String,
+    },
+    /// Channels of an animation that change what a rig does not have.
+    ChannelsIgnored {
+        /// Name of the clip.
+        clip: String,
+        /// `translation`, `rotation`, `scale`, `weights` or another target.
+        path: String,
+        /// How many.
+        count: usize,
+        /// The joint or node of the first.
+        first: String,
+    },
+    /// More warnings of the kinds before.
+    More {
+        /// How many were left out.
+        count: usize,
+    },
+}
+
+/// Why a humanoid bone could not be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BoneProblem {
+    /// VRM 1.0 has no bone of that name.
+    UnknownBone,
+    /// The node does not exist.
+    NoNode(u64),
+    /// The node is not in the default scene.
+    NotInScene(u64),
+    /// The joint is another bone already.
+    Taken {
+        /// The joint.
+        joint: String,
+        /// The bone that it is.
+        bone: &'static str,
+    },
+    /// Another joint is this bone already.
+    Repeated,
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoVersion => f.write_str("the file does not say its glTF version, 2.0 was assumed"),
+            Self::TrailingBytes { count } => {
+                write!(f, "{count} bytes after the end of the file's contents were left unread")
+            }
+            Self::Unnamed { count: 1, first } => {
+                write!(f, "a node has no name, it is called '{first}'")
+            }
+            Self::Unnamed { count, first } => {
+                write!(f, "{count} nodes have no name, they are called '{first}' and so on")
+            }
+            Self::Renamed { node, name, renamed } => {
+                write!(f, "node {node}: the name '{name}' is taken, it is called '{renamed}'")
+            }
+            Self::RotationLength { joint, length } => {
+                write!(f, "joint '{joint}': the rotation has the length {length}, it was normalised")
+            }
+            Self::NonUniformScale { joint, scale, used } => write!(
+                f,
+                "joint '{joint}': the scale {scale:?} differs between the axes, offsets below it use {used}"
+            ),
+            Self::Mirrored { joint } => write!(
+                f,
+                "joint '{joint}' is mirrored: positions below it hold, but its axes are those of a rotation"
+            ),
+            Self::MatrixAndParts { joint } => write!(
+                f,
+                "joint '{joint}' has a matrix and a translation, rotation or scale besides: the matrix is used"
+            ),
+            Self::HumanoidBone { bone, reason } => write!(f, "humanoid bone '{bone}': {reason}"),
+            Self::HumanoidMap { reason } => {
+                write!(f, "the humanoid bones of the VRM file cannot be read: {reason}")
+            }
+            Self::OldVrm => f.write_str(
+                "a VRM 0.x file: its humanoid bones are not read, and it faces -z as the file has it",
+            ),
+            Self::Animations { place, problem } => {
+                write!(f, "the animations cannot be read, {place}: {problem}")
+            }
+            Self::ClipDropped { clip, place, problem } => {
+                write!(f, "animation '{clip}' was left out, {place}: {problem}")
+            }
+            Self::ClipUnfit { clip, joint } => {
+                write!(f, "clip '{clip}' was left out: joint '{joint}' cannot move as it does")
+            }
+            Self::ChannelsIgnored { clip, path, count, first } => write!(
+                f,
+                "animation '{clip}': {count} {path} channel{} ignored, the first of '{first}': \
+                 joints with a skin rotate, nothing else moves",
+                if *count == 1 { " was" } else { "s were" }
+            ),
+            Self::More { count } => write!(f, "{count} more warnings"),
+        }
+    }
+}
+
+impl std::fmt::Display for BoneProblem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::UnknownBone => f.write_str("VRM 1.0 has no bone of that name"),
+            Self::NoNode(node) => write!(f, "node {node} does not exist"),
+            Self::NotInScene(node) => write!(f, "node {node} is not in the default scene"),
+            Self::Taken { joint, bone } => write!(f, "joint '{joint}' is the bone '{bone}' already"),
+            Self::Repeated => f.write_str("another joint is this bone already"),
+        }
+    }
+}
+
+/// A name or message from a file as it stands in a warning: one of a megabyte would not help.
+pub(crate) fn short(text: &str) -> String {
+    const MOST: usize = 200;
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", text.get(..end).unwrap_or_default()),
+        None => text.to_owned(),
+    }
+}
+
+/// Collects warnings, of which no file yields more than a reader wants to see.
+#[derive(Debug, Default)]
+pub(crate) struct Warnings {
+    list: Vec<Warning>,
+    left_out: usize,
+}
+
+impl Warnings {
+    const MOST: usize = 100;
+
+    /// Adds one. It is not even made when there are too many.
+    pub(crate) fn push(&mut self, warning: impl FnOnce() -> Warning) {
+        if self.list.len() < Self::MOST {
+            self.list.push(warning());
+        } else {
+            self.left_out = self.left_out.saturating_add(1);
+        }
+    }
+
+    pub(crate) fn into_vec(mut self) -> Vec<Warning> {
+        if self.left_out > 0 {
+            self.list.push(Warning::More { count: self.left_out });
+        }
+        self.list
+    }
+}
