@@ -9,7 +9,7 @@ use ikiru_solve::{Problem, Solver, SolverOptions};
 
 /// A joint turns by at most this many radians while the target moves by one arm's length. A stretched arm is singular:
 /// there the elbow turns with the root of the way, which a pull to rest keeps bounded.
-const STATED_MULTIPLE: f64 = 12.0;
+const STATED_MULTIPLE: f64 = 8.0;
 
 fn arm(shoulder: Motion, elbow: Motion) -> (Rig, JointId) {
     let mut builder = RigBuilder::new();
