@@ -1,19 +1,25 @@
 //! The objectives that come with the library, one a file: data, `impl Objective`, helpers, tests.
 
 mod direction;
+mod distance;
 mod known_rotation;
 mod look_at;
 mod orientation;
+mod pole_vector;
 mod pose;
 mod position;
+mod relative_pose;
 mod rest_pose;
 
 pub(crate) mod angles;
 
 pub use direction::Direction;
+pub use distance::{Apart, Distance};
 pub use known_rotation::{JointAngles, KnownRotation};
 pub use look_at::{Gaze, LookAt};
 pub use orientation::Orientation;
+pub use pole_vector::PoleVector;
 pub use pose::PoseTarget;
 pub use position::Position;
+pub use relative_pose::RelativePose;
 pub use rest_pose::RestPose;

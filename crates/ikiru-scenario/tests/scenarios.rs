@@ -1,0 +1,199 @@
+//! What a scenario means: rig, start, objectives, stopping rules.
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::{EulerOrder, Motion};
+use ikiru_scenario::{BUILTINS, Scenario, TargetError, TermHandle, Warning};
+use ikiru_solve::objectives::Gaze;
+use ikiru_solve::{Loss, Search};
+
+fn parse(text: &str) -> Scenario {
+    Scenario::parse(text, "test.toml", ".").unwrap_or_else(|error| panic!("{error}"))
+}
+
+const HEAD: &str = "version = 1\nrig = \"builtin:reference\"\n";
+const REACH: &str = "[[objective]]\nkind = \"position\"\njoint = \"left_wrist\"\ntarget = [0.4, 0.1, 0.3]\n";
+
+#[test]
+fn everything_left_out_has_its_default() {
+    let scenario = parse(&format!("{HEAD}{REACH}"));
+    let options = scenario.solver.options();
+    assert_eq!((options.cost_below, options.max_iterations, options.max_time), (None, 500, None));
+    assert_eq!(options.search, Search::Global { max_restarts: 64 });
+    assert_eq!(scenario.active.len(), scenario.rig.joints().iter().filter(|j| j.n_dofs() > 0).count());
+    assert_eq!(scenario.start, scenario.rig.rest_pose());
+    let TermHandle::Position(id) = scenario.objectives[0].term else { panic!() };
+    assert_eq!((scenario.problem[id].loss, scenario.problem[id].point), (Loss::Squared, DVec3::ZERO));
+    assert_eq!(scenario.problem.weight(0), Some(1.0));
+    assert!(scenario.loaded.rig.is_same(&scenario.rig) && scenario.warnings.is_empty());
+}
+
+#[test]
+fn stopping_rules_arrive() {
+    let stop = "[stop]\ncost_below = 0.005\nmax_iterations = 7\nmax_restarts = 0\nmax_time_ms = 1.5\n";
+    let scenario = parse(&format!("{HEAD}method = \"adam\"\n{REACH}{stop}"));
+    let options = scenario.solver.options();
+    assert_eq!((options.cost_below, options.max_iterations, options.search), (Some(0.005), 7, Search::Local));
+    assert_eq!(options.max_time.unwrap().as_micros(), 1500);
+    assert_eq!(scenario.method(), "adam");
+}
+
+#[test]
+fn limits_and_root_make_the_rig() {
+    let limits = "root = \"free\"\n[limits.left_elbow]\nmin_deg = [-45, -180, -10]\nmax_deg = [90, 5, 10]\n\
+                  [limits.left_hip]\naxis = [0, 2, 0]\nswing_deg = [70, 40]\n";
+    let scenario = parse(&format!("{HEAD}{limits}{REACH}"));
+    let motion = |name: &str| scenario.rig.get(scenario.rig.joint(name).unwrap()).unwrap().motion;
+    let Motion::Euler { order: EulerOrder::Zyx, ranges } = motion("left_elbow") else { panic!() };
+    assert!(
+        (ranges[1].min + std::f64::consts::PI).abs() < 1e-12
+            && (ranges[0].max.to_degrees() - 90.0).abs() < 1e-9
+    );
+    let Motion::Ball { cone: Some(cone) } = motion("left_hip") else { panic!() };
+    assert_eq!(cone.axis(), DVec3::Y);
+    assert!((cone.twist().max.to_degrees() - 180.0).abs() < 1e-9);
+    assert!(matches!(motion("pelvis"), Motion::Free { cone: None }));
+    assert!(scenario.loaded.rig.is_same(&scenario.rig));
+}
+
+#[test]
+fn starts_are_set_and_projected_with_a_warning() {
+    let text = "root = \"free\"\n[limits.left_elbow]\nmin_deg = [0, -100, 0]\nmax_deg = [0, 0, 0]\n\
+                [start]\nroot_translation = [0, 1, 0]\nleft_elbow = { euler_deg = [0, -130, 0] }\n\
+                left_wrist = { euler_deg = [0, 0, 90] }\nhead = { rotation = [0, 3, 0, 4] }\n";
+    let scenario = parse(&format!("{HEAD}{text}{REACH}"));
+    let (rig, start) = (&scenario.rig, &scenario.start);
+    assert_eq!(start.translation(rig.joint("pelvis").unwrap()), DVec3::Y);
+    assert!((start.euler(rig.joint("left_elbow").unwrap()).unwrap()[1].to_degrees() + 100.0).abs() < 1e-9);
+    let wrist = start.rotation(rig.joint("left_wrist").unwrap());
+    assert!((wrist * DVec3::X - DVec3::Y).length() < 1e-12);
+    assert!((start.rotation(rig.joint("head").unwrap()).w - 0.8).abs() < 1e-12);
+    let [Warning::StartProjected { joint, distance, given: true }] = &scenario.warnings[..] else {
+        panic!("{:?}", scenario.warnings)
+    };
+    assert!(joint == "left_elbow" && (distance.to_degrees() - 30.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_rotation_for_an_euler_joint_takes_the_angles_inside_its_ranges() {
+    let text = "[limits.left_elbow]\nmin_deg = [-10, -180, -10]\nmax_deg = [10, 0, 10]\n\
+                [start]\nleft_elbow = { rotation = [0, -0.8660254037844386, 0, 0.5] }\n";
+    let scenario = parse(&format!("{HEAD}{text}{REACH}"));
+    let angles = scenario.start.euler(scenario.rig.joint("left_elbow").unwrap()).unwrap();
+    assert!((angles[1].to_degrees() + 120.0).abs() < 1e-6, "{angles:?}");
+    assert_eq!(scenario.warnings, []);
+}
+
+#[test]
+fn a_rest_pose_outside_the_limits_is_said_so() {
+    let text = "[limits.left_elbow]\nmin_deg = [0, -100, 0]\nmax_deg = [0, -10, 0]\n";
+    let scenario = parse(&format!("{HEAD}{text}{REACH}"));
+    assert!(matches!(scenario.warnings[..], [Warning::StartProjected { given: false, .. }]));
+    assert!(scenario.warnings[0].to_string().contains("the rest pose of 'left_elbow' lies 10.000° outside"));
+}
+
+#[test]
+fn what_nothing_moves_is_said_so() {
+    let scenario = parse(&format!("{HEAD}active = [\"right_elbow\"]\n{REACH}"));
+    let [warning] = &scenario.warnings[..] else { panic!("{:?}", scenario.warnings) };
+    assert!(warning.to_string().contains("no active joint moves 'left_wrist'"), "{warning}");
+}
+
+#[test]
+fn objectives_carry_what_the_text_says() {
+    let text = r#"
+[[objective]]
+kind = "pose"
+joint = "left_wrist"
+point = [0.1, 0, 0]
+target = [0.4, 0.1, 0.3]
+euler_deg = [0, 90, 0]
+loss = { huber = 0.1 }
+[[objective]]
+kind = "look_at"
+joint = "head"
+axis = [0, 0, 1]
+target = [1, 2, 3]
+mandatory = false
+[[objective]]
+kind = "look_at"
+joint = "left_wrist"
+axis = [0, 1, 0]
+length = 0.0915
+offset_from_tip = [0, 1, 0]
+[[objective]]
+kind = "direction"
+joint = "left_wrist"
+axis = [0, -1, 0]
+target = [0, -2, 0]
+[[objective]]
+kind = "known_rotation"
+joints = { left_elbow = { euler_deg = [0, -90, 0] } }
+[[objective]]
+kind = "rest_pose"
+weight = 0.01
+joints = ["spine1", "spine2"]
+"#;
+    let scenario = parse(&format!("{HEAD}{text}"));
+    let p = &scenario.problem;
+    let kinds: Vec<_> = scenario.objectives.iter().map(|o| o.kind).collect();
+    assert_eq!(kinds, ["pose", "look_at", "look_at", "direction", "known_rotation", "rest_pose"]);
+    let TermHandle::Pose(id) = scenario.objectives[0].term else { panic!() };
+    assert_eq!((p[id].loss, p[id].point.x), (Loss::Huber { width: 0.1 }, 0.1));
+    assert!((p[id].rotation * DVec3::Z - DVec3::X).length() < 1e-12);
+    let TermHandle::LookAt(id) = scenario.objectives[2].term else { panic!() };
+    assert_eq!(p[id].gaze, Gaze::OffsetFromTip { length: 0.0915, offset: DVec3::Y });
+    assert_eq!(scenario.target_json(0), serde_json::json!([0.4, 0.1, 0.3]));
+    assert_eq!(
+        scenario.target_json(2),
+        serde_json::json!({ "length": 0.0915, "offset_from_tip": [0.0, 1.0, 0.0] })
+    );
+    assert!(scenario.target_json(4)["left_elbow"]["rotation"].is_array());
+    assert!(scenario.target_json(5).is_null() && scenario.target_json(99).is_null());
+    assert_eq!(scenario.joint_name(4), Some("left_elbow"));
+    assert_eq!(scenario.joint_name(5), None);
+    let mut pose = scenario.start.clone();
+    let mut workspace = scenario.workspace();
+    let report = scenario.solve(&mut pose, &mut workspace);
+    let mandatory: Vec<_> = report.terms.iter().map(|t| t.mandatory).collect();
+    assert_eq!(mandatory, [true, false, true, true, true, false]);
+}
+
+#[test]
+fn targets_can_be_changed() {
+    let more = "[[objective]]\nkind = \"orientation\"\njoint = \"head\"\ntarget_rotation = [0, 0, 0, 1]\n";
+    let mut scenario = parse(&format!("{HEAD}{REACH}{more}"));
+    let (wrist, head) = (scenario.rig.joint("left_wrist").unwrap(), scenario.rig.joint("head").unwrap());
+    let mut workspace = scenario.workspace();
+    let mut pose = scenario.start.clone();
+    for x in [0.3, 0.35, 0.4] {
+        let (target, turn) = (DVec3::new(x, 0.0, 0.3), DQuat::from_rotation_y(x));
+        scenario.set_target(0, target).unwrap();
+        scenario.set_target_rotation(1, turn).unwrap();
+        assert!(scenario.solve(&mut pose, &mut workspace).success);
+        assert!(pose.frame(wrist).origin.value().distance(target) < 1e-3);
+        assert!(pose.frame(head).rotation.quaternion().angle_between(turn) < 0.01);
+    }
+    assert_eq!(scenario.set_target(1, DVec3::ZERO), Err(TargetError::Kind(1, "orientation", "point")));
+    assert_eq!(scenario.set_target_rotation(7, DQuat::IDENTITY), Err(TargetError::NoObjective(7, 2)));
+}
+
+#[test]
+fn paths_are_relative_to_the_scenario() {
+    let folder = tempfile::tempdir().unwrap();
+    let human = ikiru_formats::builtin("reference").unwrap();
+    let bytes = ikiru_formats::write_posed_glb(&human, &human.rig.rest_pose()).unwrap();
+    std::fs::create_dir(folder.path().join("rigs")).unwrap();
+    std::fs::write(folder.path().join("rigs/own.glb"), bytes).unwrap();
+    let path = folder.path().join("reach.toml");
+    std::fs::write(&path, format!("version = 1\nrig = \"rigs/own.glb\"\n{REACH}")).unwrap();
+    assert_eq!(Scenario::read(&path).unwrap().rig.n_joints(), human.rig.n_joints());
+}
+
+#[test]
+fn built_in_scenarios_are_those_of_the_suite() {
+    for (name, text) in BUILTINS {
+        Scenario::builtin(name).unwrap_or_else(|error| panic!("{error}"));
+        let suite = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/");
+        assert_eq!(std::fs::read_to_string(format!("{suite}{name}.toml")).unwrap(), text, "{name}");
+    }
+}

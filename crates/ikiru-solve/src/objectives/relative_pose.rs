@@ -1,0 +1,119 @@
+//! Relative pose: how one joint's frame lies in another's.
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::{JointId, Rotation, Vec3, rotation_vector};
+
+use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objectives::angles::inverse_right_jacobian;
+use crate::objectives::orientation::check_rotation;
+use crate::objectives::position::check_target;
+
+/// Holds one joint's frame at a place and rotation of another's: both hands on one box, a hand on the hip.
+///
+/// Residual: `R_baseᵀ (origin − origin_base) − position`, 3 rows in metres, then `log(rotation⁻¹ R_baseᵀ R)`,
+/// 3 rows in radians; what is `None` is left out. The loss and a tolerance hold for each part alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativePose {
+    /// The joint whose frame the other is seen from, then the joint to hold.
+    joints: [JointId; 2],
+    /// Where the second joint's origin should be, in the first's frame (metres).
+    pub position: Option<DVec3>,
+    /// How the second joint's frame should be turned in the first's; any length but 0.
+    pub rotation: Option<DQuat>,
+    /// The loss of each part.
+    pub loss: Loss,
+}
+
+impl RelativePose {
+    /// `joint` at `position` and `rotation` of `base`, squared loss.
+    #[must_use]
+    pub fn new(base: JointId, joint: JointId, position: Option<DVec3>, rotation: Option<DQuat>) -> Self {
+        Self { joints: [base, joint], position, rotation, loss: Loss::Squared }
+    }
+}
+
+const METRES: Part = Part { n_rows: 3, unit: Unit::Metres };
+const RADIANS: Part = Part { n_rows: 3, unit: Unit::Radians };
+
+impl Objective for RelativePose {
+    fn kind(&self) -> &'static str {
+        "relative_pose"
+    }
+
+    fn joints(&self) -> &[JointId] {
+        &self.joints
+    }
+
+    fn parts(&self) -> &[Part] {
+        match (self.position, self.rotation) {
+            (Some(_), Some(_)) => &[METRES, RADIANS],
+            (Some(_), None) => &[METRES],
+            (None, Some(_)) => &[RADIANS],
+            (None, None) => &[],
+        }
+    }
+
+    fn loss(&self) -> Loss {
+        self.loss
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        self.position.map_or(Ok(()), check_target)?;
+        self.rotation.map_or(Ok(()), check_rotation)
+    }
+
+    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
+        let (base, frame) = (&inputs.frames[0], &inputs.frames[1]);
+        let mut first = 0;
+        if let Some(position) = self.position {
+            let apart = frame.origin - base.origin;
+            let seen = base.rotation.apply_inverse(apart).value() - position;
+            rows.residual[..3].copy_from_slice(&seen.to_array());
+            if rows.wants_jacobian() {
+                let axes = [base.rotation.x, base.rotation.y, base.rotation.z];
+                for (row, axis) in axes.into_iter().enumerate() {
+                    // axis · (v − v_base − ω_base × apart)
+                    let by_turn = axis.cross(apart).value();
+                    let axis = axis.value();
+                    rows.derivative(0, row)[..3].copy_from_slice(&(-axis).to_array());
+                    rows.derivative(0, row)[3..].copy_from_slice(&by_turn.to_array());
+                    rows.derivative(1, row)[..3].copy_from_slice(&axis.to_array());
+                }
+            }
+            first = 3;
+        }
+        if let Some(rotation) = self.rotation {
+            let wanted = Rotation::<f64>::constant(rotation.normalize());
+            let seen = base.rotation.inverse().compose(&frame.rotation);
+            let phi = rotation_vector(wanted.inverse().compose(&seen).quaternion());
+            rows.residual[first..first + 3].copy_from_slice(&phi.to_array());
+            if rows.wants_jacobian() {
+                let inverse = inverse_right_jacobian(phi);
+                for row in 0..3 {
+                    let by_world = frame.rotation.apply(Vec3::from(inverse.row(row))).value();
+                    rows.derivative(0, first + row)[3..].copy_from_slice(&(-by_world).to_array());
+                    rows.derivative(1, first + row)[3..].copy_from_slice(&by_world.to_array());
+                }
+            }
+        }
+    }
+
+    fn target(&self) -> Option<[f64; 3]> {
+        self.position.map(|p| p.to_array())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::check_on_random_rigs;
+
+    #[test]
+    fn derivatives() {
+        check_on_random_rigs(|joints, random| {
+            let position = (random.below(3) > 0).then(|| random.vector(0.5));
+            let rotation = (random.below(3) > 0).then(|| random.rotation());
+            RelativePose::new(joints[0], joints[1], position, rotation)
+        });
+    }
+}
