@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use ikiru_rig::{JointId, Motion, Rig};
 
-use crate::objective::{Loss, Unit};
+use crate::objective::{Objective, Part, Unit};
 use crate::problem::Problem;
 
 /// No parent in the reduced tree.
@@ -120,12 +120,20 @@ pub(crate) struct Span {
     pub(crate) start: usize,
 }
 
+/// What a term reads and gives.
+#[derive(Clone, Debug)]
+struct Reads {
+    joints: Vec<JointId>,
+    motions: Vec<JointId>,
+    parts: Vec<Part>,
+}
+
 /// What a plan was made for. Solves compare it, so that a changed problem is planned anew.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Signature {
     rig: Option<Rig>,
     active: Vec<bool>,
-    terms: Vec<(Vec<JointId>, Vec<JointId>, Vec<crate::objective::Part>, Loss)>,
+    terms: Vec<Reads>,
 }
 
 impl Plan {
@@ -135,9 +143,9 @@ impl Plan {
         s.rig.as_ref().is_some_and(|rig| rig.is_same(problem.rig()))
             && s.active == problem.active_flags()
             && s.terms.len() == problem.terms().len()
-            && s.terms.iter().zip(problem.terms()).all(|((joints, motions, parts, _), term)| {
+            && s.terms.iter().zip(problem.terms()).all(|(reads, term)| {
                 let o = &term.objective;
-                joints == o.joints() && motions == o.motions() && parts == o.parts()
+                reads.joints == o.joints() && reads.motions == o.motions() && reads.parts == o.parts()
             })
     }
 
@@ -231,7 +239,8 @@ impl Plan {
         let mut node_of = vec![NONE; rig.n_joints()];
         for &joint in order {
             let idx = joint.index();
-            if !read[idx] && !(above[idx] && driver[idx].is_some()) {
+            let moves = above[idx] && driver[idx].is_some();
+            if !read[idx] && !moves {
                 continue;
             }
             let data = &rig.joints()[idx];
@@ -356,14 +365,15 @@ impl Plan {
 
 impl Signature {
     fn of(problem: &Problem) -> Self {
-        let terms = problem.terms().iter().map(|t| {
-            let o = &t.objective;
-            (o.joints().to_vec(), o.motions().to_vec(), o.parts().to_vec(), o.loss())
-        });
+        let reads = |o: &dyn Objective| Reads {
+            joints: o.joints().to_vec(),
+            motions: o.motions().to_vec(),
+            parts: o.parts().to_vec(),
+        };
         Self {
             rig: Some(problem.rig().clone()),
             active: problem.active_flags().to_vec(),
-            terms: terms.collect(),
+            terms: problem.terms().iter().map(|t| reads(&*t.objective)).collect(),
         }
     }
 }

@@ -334,7 +334,7 @@ impl State {
             }
         }
         // The three directions of a ball share one curvature, the largest: a limit may mix them.
-        for m in t.motions.iter() {
+        for m in &t.motions {
             let (Some(dof), Motion::Ball { .. } | Motion::Free { .. }) = (m.dof, &m.motion) else { continue };
             let turns = &mut self.motion_curvature[dof + m.n_rows - 3..dof + m.n_rows];
             let largest = turns.iter().fold(0.0, |a: f64, b| a.max(*b));

@@ -1,4 +1,5 @@
 //! What a solve promises: limits at every iterate, the same bits twice, reasons for every end.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::time::{Duration, Instant};
 
@@ -276,8 +277,7 @@ fn invalid_input_stops_at_once_and_leaves_the_pose() {
         bad.solve(&problem, &mut rig.rest_pose(), &mut workspace).invalid,
         Some(Invalid::Options(_))
     ));
-    let mut adam = ikiru_solve::AdamOptions::default();
-    adam.beta2 = 1.0;
+    let adam = ikiru_solve::AdamOptions { beta2: 1.0, ..Default::default() };
     let bad = Solver::new(SolverOptions { method: Method::Adam(adam), ..Default::default() });
     assert!(matches!(
         bad.solve(&problem, &mut rig.rest_pose(), &mut workspace).invalid,
