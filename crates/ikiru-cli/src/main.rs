@@ -1,3 +1,37 @@
-//! The command `ikiru`.
+//! The command `ikiru`: what was typed → what it means → library calls.
 
-fn main() {}
+mod args;
+mod commands;
+mod failure;
+mod json;
+mod output;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command};
+
+fn main() -> ExitCode {
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(error) => {
+            // Help and version come this way as well. A closed pipe is no reason to complain.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let done = match args.command {
+        Command::Demo(demo) => commands::demo::run(&demo),
+        Command::Inspect(inspect) => commands::inspect::run(&inspect),
+        Command::Solve(solve) => commands::solve::run(&solve),
+    };
+    match done {
+        Ok(outcome) => outcome.exit_code(),
+        Err(failure) => {
+            output::error(&failure);
+            failure.exit_code()
+        }
+    }
+}

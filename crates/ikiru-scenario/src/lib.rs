@@ -1,1 +1,72 @@
 //! Scenario files of the Ikiru inverse-kinematics library: text to rig, problem and solver.
+//!
+//! A scenario is a TOML file that says which rig to pose, which joints may move and how far, and what the pose
+//! should achieve. The command, the viewer and every binding read the same files through this crate.
+//!
+//! ```
+//! use ikiru_scenario::Scenario;
+//!
+//! let text = r#"
+//! version = 1
+//! rig = "builtin:human"
+//! active = ["leftShoulder", "leftUpperArm", "leftLowerArm", "leftHand"]
+//!
+//! [[objective]]
+//! kind = "position"
+//! joint = "leftHand"
+//! target = [0.35, 1.1, 0.35]
+//! "#;
+//! let mut scenario = Scenario::parse(text, "reach.toml", ".")?;
+//! let mut workspace = scenario.workspace();
+//! let mut pose = scenario.start.clone();
+//! assert!(scenario.solve(&mut pose, &mut workspace).success);
+//!
+//! scenario.set_target(0, [0.3, 1.2, 0.3].into())?; // the same problem again, for another target
+//! assert!(scenario.solve(&mut pose, &mut workspace).success);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The format
+//!
+//! | key | means | left out |
+//! |---|---|---|
+//! | `version` | 1 | an error |
+//! | `rig` | `"builtin:human"`, `"builtin:reference"`, or a path, from the scenario's folder | an error |
+//! | `method` | `"lm"` or `"adam"` | `"lm"` |
+//! | `active` | joints that may move, by name or humanoid role | all that can move |
+//! | `root` | `"free"`: the topmost joint that moves also translates | it does not |
+//! | `scale` | metres in a unit of the file, for formats that do not say; glTF is in metres: 1 | 1 |
+//! | `world` | `"scene"` or `"file"`: whose axes targets are in; the same for glTF | `"scene"` |
+//! | `[limits.NAME]` | `min_deg`, `max_deg`: ranges of the angles (x, y, z) of `Rz·Ry·Rx`; or `axis`, `swing_deg`, `twist_deg`: a cone, twist ±180 unless given | as the rig has it |
+//! | `[start]` | `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]` | the rest pose |
+//! | `[[objective]]` | `kind` and its keys, below | an error |
+//! | `[stop]` | `cost_below`, `max_iterations` (500), `max_restarts` (64), `max_time_ms` | as in brackets |
+//!
+//! | `kind` | keys | success asks for it |
+//! |---|---|---|
+//! | `position` | `joint`, `point`, `target`, `tolerance` | yes |
+//! | `orientation` | `joint`, `target_rotation` (x, y, z, w) or `euler_deg`, `tolerance_deg` | yes |
+//! | `pose` | those of both | yes |
+//! | `look_at` | `joint`, `axis`, `target` or `length` and `offset_from_tip`, `tolerance_deg` | yes |
+//! | `direction` | `joint`, `axis`, `target` (a direction of the world), `tolerance_deg` | yes |
+//! | `known_rotation` | `joints = { NAME = … }` with values as in `[start]`, `tolerance_deg` | yes |
+//! | `rest_pose` | `joints`; left out: all active ones; `tolerance_deg` | no |
+//!
+//! Every objective takes `weight` (1), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
+//! `{ huber = width }` (`known_rotation` and `rest_pose`: squared alone). Tolerances are 0.001 m and 0.5° unless
+//! given. Metres, degrees in keys that end in `_deg`, y up.
+
+mod builtin;
+mod error;
+mod limits;
+mod objective;
+mod scenario;
+mod table;
+mod values;
+mod warning;
+
+pub use builtin::BUILTINS;
+pub use error::{Error, ErrorKind};
+pub use objective::{ScenarioObjective, TermHandle};
+pub use scenario::{Scenario, TargetError};
+pub use warning::Warning;

@@ -49,7 +49,7 @@ fn refused(line: usize, replacement: &str, at: (usize, usize), words: &[&str]) -
 
 #[track_caller]
 fn refused_text(text: &str, at: (usize, usize), words: &[&str]) -> String {
-    let error = Scenario::parse(text, "test.toml", ".").expect_err("it was accepted");
+    let error = Scenario::parse(text, "test.toml", ".").map(drop).expect_err("it was accepted");
     let mut message = error.to_string();
     let mut source = std::error::Error::source(&error);
     while let Some(cause) = source {
@@ -204,7 +204,8 @@ fn what_does_not_go_together() {
     assert_eq!(refused(10, both, (9, 1), &["either 'min_deg' and 'max_deg'"]), "Alternatives");
     refused(26, "", (21, 1), &["either 'target'"]);
     refused(25, "length = 1\ntarget = [1, 0, 0]", (21, 1), &["either 'target'"]);
-    refused(19, "loss = \"norm\"\n[[objective]]\nkind = \"orientation\"\njoint = \"head\"", (20, 1), &[]);
+    let turn = "[[objective]]\nkind = \"orientation\"\njoint = \"head\"";
+    refused(20, turn, (20, 1), &["objective 2 has neither", "either 'target_rotation'"]);
     refused(14, "left_elbow = {}", (14, 14), &["no value", "'euler_deg'"]);
     refused(14, "left_elbow = { euler_deg = [0, 0, 0], angle_deg = 3 }", (14, 14), &["'angle_deg'"]);
     let kind = refused(14, "left_elbow = { angle_deg = 3 }", (14, 16), &["Euler joint", "'euler_deg'"]);
@@ -228,13 +229,13 @@ fn a_role_and_a_name_of_one_joint() {
     let limits = "[limits.hand_l]\nmin_deg = [0, 0, 0]\nmax_deg = [0, 0, 0]\n[limits.leftHand]\naxis = [1, 0, 0]\nswing_deg = [1, 1]";
     assert_eq!(refused_text(&text(limits), (6, 9), &["the same joint as 'hand_l'"]), "Twice");
     assert_eq!(
-        refused_text(&text("active = [\"Root\"]"), (3, 11), &["'Root' does not move", "limits"]),
+        refused_text(&text("active = [\"Armature\"]"), (3, 11), &["'Armature' does not move", "limits"]),
         "Immobile"
     );
     let start = "[start]\nhand_l = { rotation = [0, 0, 0, 1] }\nleftHand = { rotation = [0, 0, 0, 1] }";
     assert_eq!(refused_text(&text(start), (5, 1), &["the same joint"]), "Twice");
-    let fixed = "[start]\nRoot = { euler_deg = [0, 0, 0] }";
-    assert_eq!(refused_text(&text(fixed), (4, 10), &["fixed", "does not move"]), "Unfit");
+    let fixed = "[start]\nArmature = { euler_deg = [0, 0, 0] }";
+    assert_eq!(refused_text(&text(fixed), (4, 14), &["fixed", "does not move"]), "Unfit");
 }
 
 #[test]

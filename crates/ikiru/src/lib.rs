@@ -1,1 +1,114 @@
 //! Real-time inverse kinematics for virtual humans and any other rig.
+//!
+//! A *rig* is a tree of joints with hard limits. *Objectives* are wishes about it: a hand at a point, a head that
+//! looks somewhere, a palm that faces down. A *problem* weighs objectives and says which joints may move; a
+//! *solver* improves a *pose* until the wishes are met, and reports what came of it. Limits hold at every step,
+//! not converging is a result with a reason, and a solve that is repeated does not allocate.
+//!
+//! # Reach
+//!
+//! ```
+//! use ikiru::{DVec3, Position, Problem, Solver, formats};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let loaded = formats::read("builtin:human")?; // or the path of a .glb, .gltf or .vrm file
+//! let rig = &loaded.rig;
+//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?); // joints that may move
+//! let hand = rig.joint("leftHand")?; // a joint's own name, or its humanoid role
+//! problem.add(1.0, Position::new(hand, DVec3::new(0.35, 1.1, 0.35)));
+//!
+//! let solver = Solver::default();
+//! let mut workspace = solver.workspace(&problem);
+//! let mut pose = rig.rest_pose();
+//! let report = solver.solve(&problem, &mut pose, &mut workspace);
+//! assert!(report.success && report.terms[0].residual < 0.001); // metres
+//!
+//! let posed = formats::write_posed_glb(&loaded, &pose)?; // the same file, skinned, in that pose
+//! formats::save(std::env::temp_dir().join("ikiru-reach.glb"), &posed)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Every frame
+//!
+//! Keep problem, pose and workspace, and change the target through the typed id that [`Problem::add`] gave. Starting
+//! from the last pose, a frame takes microseconds, and nothing is allocated. [`SolverOptions::max_time`] bounds it.
+//!
+//! ```
+//! use ikiru::{DVec3, Position, Problem, Solver, formats};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let loaded = formats::read("builtin:human")?;
+//! # let rig = &loaded.rig;
+//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?);
+//! let reach = problem.add(1.0, Position::new(rig.joint("leftHand")?, DVec3::ZERO));
+//! let solver = Solver::default();
+//! let (mut pose, mut workspace) = (rig.rest_pose(), solver.workspace(&problem));
+//! for frame in 0..90 {
+//!     let angle = f64::from(frame) / 90.0 * std::f64::consts::TAU;
+//!     problem[reach].target = DVec3::new(0.3 + 0.1 * angle.cos(), 1.1 + 0.1 * angle.sin(), 0.3);
+//!     assert!(solver.solve(&problem, &mut pose, &mut workspace).success);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Limits
+//!
+//! A rig is immutable; [`Rig::to_builder`] makes another one with other motions and limits. The poses that a solver
+//! gives never leave them.
+//!
+//! ```
+//! use ikiru::{Cone, DVec3, EulerOrder, Motion, Range, formats};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let loaded = formats::read("builtin:human")?;
+//! let mut builder = loaded.rig.to_builder();
+//! let cone = Cone::new(DVec3::X, [100_f64.to_radians(), 90_f64.to_radians()], Range::degrees(-60.0, 60.0))?;
+//! builder.set_motion(loaded.rig.joint("leftUpperArm")?, Motion::Ball { cone: Some(cone) });
+//! let elbow = [Range::degrees(-80.0, 80.0), Range::degrees(-145.0, 0.0), Range::degrees(0.0, 0.0)];
+//! builder.set_motion(loaded.rig.joint("leftLowerArm")?, Motion::Euler { order: EulerOrder::Zyx, ranges: elbow });
+//! let loaded = loaded.with_rig(builder.build()?)?; // so that its poses can be written
+//! assert_eq!(loaded.rig.rest_pose().limit_violation(), 0.0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Scenarios
+//!
+//! All of it can stand in a TOML file, which the command `ikiru solve` and every other front end read as well:
+//! see [`scenario`].
+//!
+//! # Objectives of your own
+//!
+//! Write the residual once, over any [`Scalar`]; derivatives come by themselves: see [`Residual`].
+//!
+//! # Conventions
+//!
+//! Metres, radians and seconds; right-handed, y up, a character faces +z with its left at +x. Numbers are `f64`,
+//! vectors those of [`glam`]. Examples, one idea each, lie in the folder `examples` of the repository.
+
+pub use glam;
+pub use ikiru_formats as formats;
+pub use ikiru_rig as rig;
+pub use ikiru_scenario as scenario;
+pub use ikiru_solve as solve;
+
+pub use glam::{DQuat, DVec3};
+pub use ikiru_formats::Loaded;
+pub use ikiru_rig::{
+    Clip, Cone, EulerOrder, Frame, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder, Role, Scalar,
+};
+pub use ikiru_scenario::Scenario;
+pub use ikiru_solve::objectives::{
+    Direction, Gaze, JointAngles, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
+};
+pub use ikiru_solve::{
+    Loss, Method, Objective, Problem, Report, Residual, Search, Solver, SolverOptions, StopReason, TermId,
+    Tolerance, Unit, Workspace,
+};
+
+/// The program in the project's README, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

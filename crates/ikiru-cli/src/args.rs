@@ -1,0 +1,113 @@
+//! What can be typed, and what it means.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args as Group, Parser, Subcommand};
+
+const EXAMPLES: &str = "\
+Examples:
+  ikiru demo                                  pose the built-in human, write ./ikiru-demo.glb
+  ikiru inspect avatar.vrm                    joints, degrees of freedom, limits, humanoid roles, clips
+  ikiru solve reach.toml --out posed.glb      solve a scenario, write the posed and skinned character
+  ikiru solve reach.toml --json | jq .cost    the same for programs
+
+Exit status: 0 reached, 1 best effort below the bar (the report says why), 2 bad input, 3 could not write.";
+
+/// Inverse kinematics for virtual humans and any other rig.
+#[derive(Debug, Parser)]
+#[command(name = "ikiru", version, arg_required_else_help = true, after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Pose the built-in human: a multi-constraint reach, written as a skinned .glb that any viewer opens
+    Demo(DemoArgs),
+    /// Show what a rig has: joints, degrees of freedom, limits, humanoid roles, clips, warnings
+    Inspect(InspectArgs),
+    /// Solve a scenario and report every objective
+    Solve(SolveArgs),
+}
+
+#[derive(Debug, Group)]
+pub(crate) struct DemoArgs {
+    /// Where the pose goes: .glb (posed, skinned) or .json (joint rotations)
+    #[arg(long, value_name = "FILE", default_value = "./ikiru-demo.glb", value_parser = parse_out)]
+    pub(crate) out: Out,
+    /// Print the report as one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Group)]
+#[command(
+    after_help = "Examples:\n  ikiru inspect builtin:human\n  ikiru inspect avatar.vrm --json | jq '.joints[].role'"
+)]
+pub(crate) struct InspectArgs {
+    /// A .glb, .gltf or .vrm file, or builtin:human, builtin:reference
+    pub(crate) rig: PathBuf,
+    /// Print everything as one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Group)]
+#[command(after_help = "\
+A scenario, in full:
+  version = 1
+  rig = \"builtin:human\"
+  active = [\"leftShoulder\", \"leftUpperArm\", \"leftLowerArm\", \"leftHand\"]
+
+  [[objective]]
+  kind = \"position\"
+  joint = \"leftHand\"
+  target = [0.35, 1.1, 0.35]")]
+pub(crate) struct SolveArgs {
+    /// A scenario, as a .toml file
+    pub(crate) scenario: PathBuf,
+    /// Print the report as one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Where the pose goes: .glb (posed, skinned) or .json (joint rotations)
+    #[arg(long, value_name = "FILE", value_parser = parse_out)]
+    pub(crate) out: Option<Out>,
+}
+
+/// A file to write and how, which its ending decides.
+#[derive(Clone, Debug)]
+pub(crate) struct Out {
+    pub(crate) path: PathBuf,
+    pub(crate) format: OutFormat,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OutFormat {
+    /// The rig's own file, posed.
+    Glb,
+    /// The pose alone.
+    Json,
+}
+
+fn parse_out(text: &str) -> Result<Out, String> {
+    let path = PathBuf::from(text);
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let format = match ending.as_str() {
+        "glb" => OutFormat::Glb,
+        "json" => OutFormat::Json,
+        "bvh" => return Err("writing .bvh is not available yet: use .glb or .json".to_owned()),
+        "" => return Err("the file's name has no ending: expected .glb or .json".to_owned()),
+        other => {
+            return Err(format!(
+                "the ending '.{other}' is not one that can be written: expected .glb or .json"
+            ));
+        }
+    };
+    Ok(Out { path, format })
+}
+
+/// Whether a path ends so, in whatever case.
+pub(crate) fn has_ending(path: &Path, endings: &[&str]) -> bool {
+    path.extension().is_some_and(|found| endings.iter().any(|ending| found.eq_ignore_ascii_case(ending)))
+}

@@ -1,0 +1,5 @@
+//! One file a command: its arguments → library calls → what is printed and written.
+
+pub(crate) mod demo;
+pub(crate) mod inspect;
+pub(crate) mod solve;

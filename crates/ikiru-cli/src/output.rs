@@ -1,0 +1,69 @@
+//! What leaves the program: text on stdout and stderr, files.
+
+use std::borrow::Cow;
+use std::fmt::Display;
+use std::io::{ErrorKind, Write, stderr, stdout};
+
+use ikiru_formats::{pose_json, save, write_posed_glb};
+use ikiru_rig::Pose;
+use ikiru_scenario::Scenario;
+
+use crate::args::{Out, OutFormat};
+use crate::failure::Failure;
+
+/// Prints on stdout. Whoever reads may stop reading (`| head -1`): that is no failure.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::write(anyhow::Error::new(error).context("the result cannot be printed")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A line on stderr. If nobody can read it, nothing can be done.
+pub(crate) fn note(text: impl Display) {
+    let _ = writeln!(stderr(), "{}", printable(&text.to_string()));
+}
+
+/// An error with its causes, one a line.
+pub(crate) fn error(failure: &Failure) {
+    let mut said = String::new();
+    for (idx, cause) in failure.error().chain().enumerate() {
+        let text = cause.to_string();
+        // Some errors quote their cause already.
+        if said.contains(&text) {
+            continue;
+        }
+        note(format!("{}: {text}", if idx == 0 { "error" } else { "  because" }));
+        said.push_str(&text);
+    }
+}
+
+/// Names come from files: what a terminal would take as a command is shown as a replacement character.
+pub(crate) fn printable(text: &str) -> Cow<'_, str> {
+    let is_control = |c: char| c.is_control() && c != '\n' && c != '\t';
+    if text.contains(is_control) {
+        Cow::Owned(text.replace(is_control, "\u{fffd}"))
+    } else {
+        Cow::Borrowed(text)
+    }
+}
+
+/// Writes a pose, as the file's ending asks for.
+pub(crate) fn write_pose(scenario: &Scenario, pose: &Pose, out: &Out) -> Result<(), Failure> {
+    let bytes = match out.format {
+        OutFormat::Glb => write_posed_glb(&scenario.loaded, pose).map_err(Failure::write)?,
+        OutFormat::Json => {
+            let mut text =
+                serde_json::to_vec_pretty(&pose_json(pose, &scenario.active)).map_err(Failure::write)?;
+            text.push(b'\n');
+            text
+        }
+    };
+    save(&out.path, &bytes).map_err(|e| {
+        let advice = format!("the result cannot be written to {}", out.path.display());
+        Failure::write(anyhow::Error::new(e).context(advice))
+    })
+}

@@ -1,0 +1,225 @@
+//! Reports for people: tables and sentences.
+
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use comfy_table::{CellAlignment, LineStyle, Table, presets};
+use ikiru_rig::{JointId, Motion, Pose, Rig, Role};
+use ikiru_scenario::{Scenario, TermHandle};
+use ikiru_solve::objectives::Gaze;
+use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, Report, SolverOptions, StopReason, TermReport, Unit};
+
+use crate::output::printable;
+
+/// How many active limits are listed by name.
+const MOST_LIMITS: usize = 4;
+
+/// What the user should know besides the result.
+pub(crate) fn warnings(scenario: &Scenario, report: &Report<'_>) -> Vec<String> {
+    let of_terms =
+        report.terms.iter().enumerate().filter_map(|(idx, term)| {
+            term.warning.map(|w| format!("objective {} ({}) {w}", idx + 1, term.kind))
+        });
+    scenario.warnings.iter().map(ToString::to_string).chain(of_terms).collect()
+}
+
+/// The report of a solve: the objectives as a table, then what came of it. `notes` follow the time.
+pub(crate) fn solved(
+    scenario: &Scenario,
+    report: &Report<'_>,
+    pose: &Pose,
+    time: Duration,
+    notes: &[String],
+) -> String {
+    let mut text = format!("{}\n\n", objectives(scenario, report));
+    let mut line = |key: &str, value: String| {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{key:<13}{value}");
+    };
+    let verdict = if report.success { "reached" } else { "not reached" };
+    line(verdict, stop_text(report.stop, scenario.solver.options()));
+    line("cost", cost_text(report.cost));
+    let starts = match report.restarts {
+        0 => "from the start alone".to_owned(),
+        1 => "with 1 restart".to_owned(),
+        n => format!("with {n} restarts"),
+    };
+    line("iterations", format!("{} {starts}, method {}", report.iterations, scenario.method()));
+    let time = time_text(time);
+    line("time", if notes.is_empty() { time } else { format!("{time} {}", notes.join(", ")) });
+    if !report.limits.is_empty() {
+        let named: Vec<String> =
+            report.limits.iter().take(MOST_LIMITS).map(|limit| limit_text(limit, pose)).collect();
+        let more = report.limits.len().saturating_sub(MOST_LIMITS);
+        let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+        line("at limits", format!("{}{more}", named.join(", ")));
+    }
+    if let Some((term, obstacle)) = report.obstacle {
+        line(
+            "in the way",
+            format!("of {}: {}", objective_text(scenario, term), obstacle_text(scenario, obstacle, pose)),
+        );
+    }
+    printable(&text).into_owned()
+}
+
+fn objectives(scenario: &Scenario, report: &Report<'_>) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.style_mut().row_separator = LineStyle::none();
+    let by_cost = scenario.solver.options().cost_below.is_some();
+    table.set_header(["", "objective", "joint", "target", "weight", "residual", ""]);
+    for (idx, term) in report.terms.iter().enumerate() {
+        let mark = match (term.satisfied, term.mandatory) {
+            (true, _) => "ok",
+            // Where the cost decides, a tolerance does not.
+            (false, true) if by_cost && report.success => "",
+            (false, true) => "unmet",
+            (false, false) => "shapes", // it only shapes the pose
+        };
+        table.add_row([
+            (idx + 1).to_string(),
+            scenario.objectives.get(idx).map_or(term.kind, |o| o.kind).to_owned(),
+            joint_text(scenario, idx),
+            target_text(scenario, idx),
+            short(term.weight),
+            residual_text(term),
+            mark.to_owned(),
+        ]);
+    }
+    for column in [0, 4, 5] {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+/// The joint's own name, with its role where that is another.
+fn joint_text(scenario: &Scenario, objective: usize) -> String {
+    let joint = scenario.objectives.get(objective).and_then(|o| o.joint).and_then(|id| scenario.rig.get(id));
+    match joint {
+        None => "several".to_owned(),
+        Some(joint) => match joint.role.map(Role::name) {
+            Some(role) if role != joint.name => printable(&format!("{} ({role})", joint.name)).into_owned(),
+            _ => printable(&joint.name).into_owned(),
+        },
+    }
+}
+
+fn target_text(scenario: &Scenario, objective: usize) -> String {
+    let problem = &scenario.problem;
+    let vector = |v: [f64; 3]| v.map(short).join(", ");
+    match scenario.objectives.get(objective).map(|o| o.term) {
+        Some(TermHandle::Position(id)) => vector(problem[id].target.to_array()),
+        Some(TermHandle::Pose(id)) => format!("{}, turned", vector(problem[id].position.to_array())),
+        Some(TermHandle::Orientation(_)) => "a rotation".to_owned(),
+        Some(TermHandle::Direction(id)) => format!("along {}", vector(problem[id].target.to_array())),
+        Some(TermHandle::LookAt(id)) => match problem[id].gaze {
+            Gaze::Point(point) => vector(point.to_array()),
+            Gaze::OffsetFromTip { offset, .. } => format!("tip + {}", vector(offset.to_array())),
+        },
+        Some(TermHandle::KnownRotation(_)) => "given angles".to_owned(),
+        Some(TermHandle::RestPose(_)) => "the rest pose".to_owned(),
+        Some(_) | None => String::new(),
+    }
+}
+
+fn residual_text(term: &TermReport) -> String {
+    let first = length_text(term.residual, term.unit);
+    term.second.map_or(first.clone(), |(residual, unit)| format!("{first}, {}", length_text(residual, unit)))
+}
+
+fn length_text(residual: f64, unit: Unit) -> String {
+    match unit {
+        Unit::Metres => format!("{:.2} mm", residual * 1e3),
+        Unit::Radians => format!("{:.2}°", residual.to_degrees()),
+    }
+}
+
+/// A number in few digits.
+pub(crate) fn short(number: f64) -> String {
+    let text = format!("{number:.4}");
+    if number != 0.0 && number.abs() < 1e-3 {
+        return format!("{number:.2e}");
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn cost_text(cost: f64) -> String {
+    if cost != 0.0 && cost < 1e-3 { format!("{cost:.2e}") } else { format!("{cost:.5}") }
+}
+
+/// A duration in the unit that suits it.
+pub(crate) fn time_text(time: Duration) -> String {
+    let us = time.as_secs_f64() * 1e6;
+    match us {
+        _ if us < 1e3 => format!("{us:.1} µs"),
+        _ if us < 1e6 => format!("{:.2} ms", us / 1e3),
+        _ => format!("{:.2} s", us / 1e6),
+    }
+}
+
+fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
+    match (stop, options.cost_below) {
+        (StopReason::Reached, Some(bar)) => format!("the cost is below {}", short(bar)),
+        (StopReason::Reached, None) => "every objective that counts is within its tolerance".to_owned(),
+        (StopReason::Converged, _) => {
+            "this is the best pose nearby: no step makes the cost smaller".to_owned()
+        }
+        (StopReason::IterationLimit, _) => {
+            format!("all {} iterations of a start were used up", options.max_iterations)
+        }
+        (StopReason::TimeBudget, _) => "the time budget was used up".to_owned(),
+        (StopReason::NoProgress, _) => "the method found no better pose".to_owned(),
+        (StopReason::InvalidInput, _) => "the input is not usable".to_owned(),
+    }
+}
+
+fn objective_text(scenario: &Scenario, term: usize) -> String {
+    let kind = scenario.objectives.get(term).map_or("", |o| o.kind);
+    match scenario.joint_name(term) {
+        Some(joint) => format!("objective {} ({kind} of {joint})", term + 1),
+        None => format!("objective {} ({kind})", term + 1),
+    }
+}
+
+fn obstacle_text(scenario: &Scenario, obstacle: Obstacle, pose: &Pose) -> String {
+    match obstacle {
+        Obstacle::Limit(limit) => format!("the limit of {}", limit_text(&limit, pose)),
+        Obstacle::Term(other) => format!("{} pulls the other way", objective_text(scenario, other)),
+        Obstacle::Reach => "its target is out of reach from here".to_owned(),
+    }
+}
+
+/// The joint, which of its limits, and the value there.
+fn limit_text(limit: &ActiveLimit, pose: &Pose) -> String {
+    let rig = pose.rig();
+    let name = name(rig, limit.joint);
+    let degrees = |radians: f64| format!("{}°", short(radians.to_degrees()));
+    match limit.kind {
+        LimitKind::Angle(axis) => {
+            let angle = pose.euler(limit.joint).and_then(|a| a.get(axis).copied()).unwrap_or_default();
+            format!("{name} angle {} {}", ["x", "y", "z"].get(axis).unwrap_or(&""), degrees(angle))
+        }
+        LimitKind::Value => {
+            let value = pose.value(limit.joint).unwrap_or_default();
+            match rig.get(limit.joint).map(|j| j.motion) {
+                Some(Motion::Slider { .. }) => format!("{name} offset {} m", short(value)),
+                _ => format!("{name} angle {}", degrees(value)),
+            }
+        }
+        LimitKind::Swing | LimitKind::Twist => {
+            let cone = rig.get(limit.joint).and_then(|j| j.motion.cone().copied());
+            let (swing, twist) = cone.map(|c| c.decompose(pose.rotation(limit.joint))).unwrap_or_default();
+            match limit.kind {
+                LimitKind::Swing => format!("{name} swing {}", degrees(swing[0].hypot(swing[1]))),
+                _ => format!("{name} twist {}", degrees(twist)),
+            }
+        }
+    }
+}
+
+fn name(rig: &Rig, joint: JointId) -> &str {
+    rig.get(joint).map_or("", |j| &j.name)
+}

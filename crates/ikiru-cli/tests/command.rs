@@ -1,0 +1,208 @@
+//! What a user meets: exit statuses, JSON keys, files, messages.
+
+mod common;
+
+use std::io::Read;
+use std::process::{Command, Stdio};
+
+use common::{ikiru, ikiru_in};
+use glam::{DQuat, DVec3};
+use ikiru_scenario::Scenario;
+use serde_json::Value;
+
+#[track_caller]
+fn keys(object: &Value) -> Vec<&str> {
+    object.as_object().expect("an object").keys().map(String::as_str).collect()
+}
+
+fn numbers(list: &Value) -> Vec<f64> {
+    list.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect()
+}
+
+const REACH: &str = "version = 1\nrig = \"builtin:human\"\nactive = [\"leftUpperArm\", \"leftLowerArm\"]\n\
+                     [limits.leftLowerArm]\nmin_deg = [-80, -145, 0]\nmax_deg = [80, 0, 0]\n\
+                     [[objective]]\nkind = \"position\"\njoint = \"leftHand\"\ntarget = [0.35, 1.1, 0.3]\n";
+
+#[test]
+fn demo_writes_a_file_that_reads_back_as_the_reported_pose() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = ikiru_in(folder.path(), &["demo", "--json"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let report = run.json();
+    let written = ikiru_formats::read(folder.path().join("ikiru-demo.glb")).unwrap();
+    let rest = ikiru_formats::builtin("human").unwrap().rig;
+    let joints = report["pose"]["joints"].as_object().unwrap();
+    for (name, value) in joints {
+        let id = rest.joint(name).unwrap();
+        let reported = DQuat::from_slice(&numbers(&value["rotation"]));
+        let found =
+            rest.get(id).unwrap().rest_rotation.inverse() * written.rig.get(id).unwrap().rest_rotation;
+        assert!(found.angle_between(reported) < 1e-6, "{name}");
+    }
+    // And the objectives are met there, which is computed from the file alone.
+    let pose = written.rig.rest_pose();
+    let frame = |name: &str| pose.frame(written.rig.joint(name).unwrap());
+    let target = DVec3::from_slice(&numbers(&report["objectives"][0]["target"]));
+    let tip = frame("leftIndexDistal").rotation.quaternion() * DVec3::new(0.022, 0.0, 0.0);
+    assert!((frame("leftIndexDistal").origin.value() + tip).distance(target) < 1e-3);
+    assert!((frame("leftHand").rotation.quaternion() * DVec3::NEG_Y).angle_between(DVec3::NEG_Y) < 0.035);
+    let gaze = target - frame("head").origin.value();
+    assert!((frame("head").rotation.quaternion() * DVec3::Z).angle_between(gaze) < 0.035);
+    // The right arm hangs where the start has it.
+    assert!(frame("rightHand").origin.value().y < 0.95);
+}
+
+#[test]
+fn reports_have_the_keys_that_other_programs_read() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("reach.toml"), REACH).unwrap();
+    let run = ikiru_in(folder.path(), &["solve", "reach.toml", "--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    assert_eq!(run.stdout.lines().count(), 1);
+    let report = run.json();
+    let top =
+        ["success", "stop", "cost", "iterations", "restarts", "time_us", "objectives", "warnings", "pose"];
+    assert_eq!(keys(&report), top);
+    assert!(report["time_us"].as_f64().unwrap() > 0.0);
+    assert_eq!((&report["success"], &report["stop"]), (&Value::Bool(true), &Value::from("reached")));
+    let objective = &report["objectives"][0];
+    let of_objective = ["kind", "joint", "target", "weight", "residual", "unit", "cost", "satisfied"];
+    assert_eq!(keys(objective), of_objective);
+    assert_eq!((&objective["joint"], &objective["unit"]), (&Value::from("hand_l"), &Value::from("m")));
+    assert_eq!(numbers(&objective["target"]), [0.35, 1.1, 0.3]);
+    let pose = &report["pose"];
+    assert_eq!(keys(pose), ["root_translation", "joints"]);
+    assert_eq!(numbers(&pose["root_translation"]), [0.0; 3]);
+    assert_eq!(keys(&pose["joints"]), ["upperarm_l", "lowerarm_l"]);
+    assert_eq!(keys(&pose["joints"]["upperarm_l"]), ["rotation"]);
+    assert_eq!(keys(&pose["joints"]["lowerarm_l"]), ["rotation", "euler_deg"]);
+    // The same pose as a file of its own.
+    let written = ikiru_in(folder.path(), &["solve", "reach.toml", "--out", "pose.json"]);
+    assert_eq!(written.code, 0);
+    assert!(written.stdout.ends_with("wrote pose.json\n"), "{}", written.stdout);
+    let file: Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("pose.json")).unwrap()).unwrap();
+    assert_eq!(&file, pose);
+}
+
+#[test]
+fn a_free_root_reports_its_translation() {
+    let run = ikiru(&["solve", "scenarios/full_body.toml", "--json"]);
+    let report = run.json();
+    let y = numbers(&report["pose"]["root_translation"])[1];
+    assert!((-0.12..-0.05).contains(&y), "{y}");
+    let pose = &report["objectives"][2];
+    assert_eq!(pose["kind"], "pose");
+    assert_eq!(pose["second_unit"], "rad");
+}
+
+#[test]
+fn inspect_shows_everything() {
+    let report = ikiru(&["inspect", "builtin:human", "--json"]).json();
+    assert_eq!(keys(&report), ["joints", "n_dofs", "clips", "warnings"]);
+    let joints = report["joints"].as_array().unwrap();
+    assert_eq!(keys(&joints[0]), ["name", "parent", "motion", "role", "limits"]);
+    assert!(joints.iter().any(|j| j["parent"].is_null()));
+    let hand = joints.iter().find(|j| j["role"] == "leftHand").unwrap();
+    assert_eq!((&hand["name"], &hand["parent"]), (&Value::from("hand_l"), &Value::from("lowerarm_l")));
+    assert_eq!((&hand["motion"], &hand["limits"]), (&Value::from("ball"), &Value::Null));
+    let n_balls = joints.iter().filter(|j| j["motion"] == "ball").count();
+    assert_eq!(report["n_dofs"], 3 * n_balls);
+    let spoken = ikiru(&["inspect", "builtin:human"]);
+    assert_eq!((spoken.code, spoken.stderr.as_str()), (0, ""));
+    let line = spoken.stdout.lines().find(|line| line.contains("hand_l")).unwrap();
+    assert!(line.contains("├─ hand_l") || line.contains("└─ hand_l"), "{line}");
+    assert!(line.contains("leftHand") && line.contains("ball, 3 DoF"), "{line}");
+    assert!(spoken.stdout.lines().last().unwrap().contains("joints"));
+}
+
+#[test]
+fn best_efforts_end_with_1_and_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = REACH.replace("[0.35, 1.1, 0.3]", "[2.0, 1.1, 0.3]");
+    std::fs::write(folder.path().join("far.toml"), text).unwrap();
+    let run = ikiru_in(folder.path(), &["solve", "far.toml", "--out", "far.glb"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(run.stdout.contains("not reached") && run.stdout.contains("in the way"), "{}", run.stdout);
+    assert!(ikiru_formats::read(folder.path().join("far.glb")).is_ok());
+}
+
+#[test]
+fn what_cannot_be_written_ends_with_3() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("reach.toml"), REACH).unwrap();
+    let run = ikiru_in(folder.path(), &["solve", "reach.toml", "--json", "--out", "no/such/folder.glb"]);
+    run.fails(3, &["no/such/folder.glb"]);
+    assert_eq!(run.json()["success"], true, "the result is printed all the same");
+    ikiru_in(folder.path(), &["demo", "--out", "no/such/folder.glb"]).fails(3, &["no/such/folder.glb"]);
+}
+
+#[test]
+fn endings_are_checked_before_anything_is_solved() {
+    for (out, word) in [("a.bvh", "not available yet"), ("a.fbx", "'.fbx'"), ("a", "no ending")] {
+        let run = ikiru(&["solve", "scenarios/demo.toml", "--out", out]);
+        run.fails(2, &[word, ".glb"]);
+        assert_eq!(run.stdout, "");
+        ikiru(&["demo", "--out", out]).fails(2, &[word]);
+    }
+}
+
+#[test]
+fn bad_input_ends_with_2_and_says_where() {
+    let folder = tempfile::tempdir().unwrap();
+    let solve = |text: &str| {
+        std::fs::write(folder.path().join("bad.toml"), text).unwrap();
+        ikiru_in(folder.path(), &["solve", "bad.toml"])
+    };
+    solve(&REACH.replace("leftHand", "leftHnad")).fails(2, &["bad.toml:9:9: ", "did you mean 'leftHand'"]);
+    solve(&REACH.replace("kind", "knd")).fails(2, &["bad.toml:7:1: objective 1 lacks 'kind'"]);
+    solve(&REACH.replace("builtin:human", "none.glb")).fails(2, &["bad.toml:2:7: ", "because", "none.glb"]);
+    solve(&REACH.replace("0.35", "nan")).fails(2, &["bad.toml:10:11: ", "finite"]);
+    solve(&REACH.replace("0.35", "1e200")).fails(2, &["bad.toml: objective 1 (position)", "not finite"]);
+    solve("version = 1\nrig =").fails(2, &["bad.toml:2:6: not valid TOML"]);
+    ikiru(&["solve", "none.toml"]).fails(2, &["none.toml: the scenario cannot be read", "because"]);
+    ikiru(&["inspect", "none.glb"]).fails(2, &["none.glb"]);
+    ikiru(&["inspect", "builtin:humna"]).fails(2, &["builtin:human"]);
+    ikiru(&["inspect", "scenarios/demo.toml"]).fails(2, &["is a scenario", "ikiru solve"]);
+    ikiru(&["solve", "avatar.vrm"]).fails(2, &["is a rig", "ikiru inspect"]);
+}
+
+#[test]
+fn wrong_commands_get_suggestions() {
+    ikiru(&["slove", "a.toml"]).fails(2, &["solve"]);
+    ikiru(&["solve", "a.toml", "--jsn"]).fails(2, &["--json"]);
+    let help = ikiru(&["--help"]);
+    assert_eq!(help.code, 0);
+    for word in ["demo", "inspect", "solve", "Examples:", "Exit status"] {
+        assert!(help.stdout.contains(word), "{}", help.stdout);
+    }
+    for word in ["plan", "bench", "view "] {
+        assert!(!help.stdout.contains(word), "{word} is not there yet: {}", help.stdout);
+    }
+}
+
+#[test]
+fn a_reader_who_stops_is_no_failure() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_ikiru"))
+        .args(["inspect", "builtin:human", "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert_eq!((child.wait().unwrap().code(), stderr.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn the_command_gives_what_the_library_gives() {
+    let run = ikiru(&["solve", "scenarios/demo.toml", "--json"]);
+    let scenario = Scenario::builtin("demo").unwrap();
+    let mut workspace = scenario.workspace();
+    let mut pose = scenario.start.clone();
+    scenario.solve(&mut pose, &mut workspace);
+    // Same input, same bits: compared as text, since reading a number may round it.
+    let pose = ikiru_formats::pose_json(&pose, &scenario.active).to_string();
+    assert!(run.stdout.contains(&format!("\"pose\":{pose}}}")), "{pose} is not in {}", run.stdout);
+}

@@ -1,0 +1,248 @@
+//! What can be wrong with a scenario: file, line and column, what was found and what was expected.
+
+use ikiru_rig::{ConeError, RigError, UnknownName};
+
+use crate::builtin::BUILTINS;
+
+/// Why a scenario cannot be used, with its place: file, line and column.
+#[derive(Debug)]
+pub struct Error(Box<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    file: String,
+    place: Option<(usize, usize)>,
+    kind: ErrorKind,
+}
+
+/// What is wrong, with what was found and what was expected.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The file cannot be read.
+    #[error("the scenario cannot be read")]
+    Io(#[source] std::io::Error),
+    /// The file is not text.
+    #[error("the scenario is not UTF-8 text")]
+    Utf8,
+    /// There is no built-in scenario of that name.
+    #[error("there is no built-in scenario '{0}': expected {known}", known = list(&BUILTINS.map(|b| b.0)))]
+    Builtin(String),
+    /// Not TOML at all.
+    #[error("not valid TOML: {0}")]
+    Syntax(String),
+    /// `version` is not one that is understood.
+    #[error("version {0} is not understood: expected version = 1")]
+    Version(String),
+    /// A key that does not belong where it stands.
+    #[error("{place} has no key '{name}'{guess}: expected {expected}", name = .unknown.name, guess = guess(.unknown), expected = list(.expected))]
+    UnknownKey {
+        /// Where it stands.
+        place: String,
+        /// The key, and the nearest right ones.
+        unknown: UnknownName,
+        /// All keys that can stand there.
+        expected: Vec<&'static str>,
+    },
+    /// A key that must be there.
+    #[error("{place} lacks '{key}': expected {expected}")]
+    MissingKey {
+        /// Where it should stand.
+        place: String,
+        /// The key.
+        key: &'static str,
+        /// What should be there.
+        expected: &'static str,
+    },
+    /// A value of another type.
+    #[error("'{key}' is {found}: expected {expected}")]
+    Type {
+        /// The key.
+        key: String,
+        /// What it is.
+        found: &'static str,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// A list of another length.
+    #[error("'{key}' has {found} entries: expected {expected}")]
+    Length {
+        /// The key.
+        key: String,
+        /// How many there are.
+        found: usize,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// A number that is infinite or not a number.
+    #[error("'{key}' is {found}: expected a finite number")]
+    NotFinite {
+        /// The key.
+        key: String,
+        /// What it is.
+        found: String,
+    },
+    /// A number outside of what makes sense.
+    #[error("'{key}' is {found}: expected {expected}")]
+    OutOfRange {
+        /// The key.
+        key: String,
+        /// What it is.
+        found: f64,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// A word that is none of those expected.
+    #[error("'{key}' is '{word}'{guess}: expected {expected}", word = .unknown.name, guess = guess(.unknown), expected = list(.expected))]
+    Word {
+        /// The key.
+        key: &'static str,
+        /// The word, and the nearest right ones.
+        unknown: UnknownName,
+        /// All words that can stand there.
+        expected: Vec<&'static str>,
+    },
+    /// A method that will exist.
+    #[error("method '{0}' is not available yet in this build: use 'lm' or 'adam'")]
+    NotAvailable(&'static str),
+    /// A scale for a format that knows its unit.
+    #[error("'scale' is {0}: glTF and VRM files are in metres, expected 1 or no scale at all")]
+    Scale(f64),
+    /// The rig cannot be read.
+    #[error("the rig cannot be read")]
+    Rig(#[source] ikiru_formats::Error),
+    /// The limits do not make a rig.
+    #[error("the limits do not fit the rig")]
+    Limits(#[source] RigError),
+    /// A name that no joint and no role of the rig has.
+    #[error("the rig has no joint or humanoid role '{name}'{guess}", name = .0.name, guess = guess(.0))]
+    UnknownJoint(UnknownName),
+    /// A joint that cannot move.
+    #[error(
+        "joint '{0}' does not move, since no skin of the file uses it: expected a joint that moves, or limits that make it move, [limits.{0}]"
+    )]
+    Immobile(String),
+    /// Two names that mean the same joint, where each joint can stand once.
+    #[error("'{second}' is the same joint as '{first}', which {place} has already: expected it once")]
+    Twice {
+        /// Where they stand.
+        place: String,
+        /// The name that came first.
+        first: String,
+        /// The other one.
+        second: String,
+    },
+    /// A range that runs backwards.
+    #[error(
+        "the smallest {what} is {min}, the largest {max}: expected the smallest not to be above the largest"
+    )]
+    Order {
+        /// Which angle.
+        what: &'static str,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
+    /// A cone that cannot exist.
+    #[error("the cone cannot exist")]
+    Cone(#[source] ConeError),
+    /// Keys of two alternatives at once, or of none.
+    #[error("{place} has {found}: expected {expected}")]
+    Alternatives {
+        /// Where they stand.
+        place: String,
+        /// Which are there.
+        found: String,
+        /// What should be there.
+        expected: &'static str,
+    },
+    /// Limits that do not go with how a joint moves.
+    #[error("joint '{joint}' {reason}")]
+    Unfit {
+        /// The joint.
+        joint: String,
+        /// What does not go together, and what would.
+        reason: String,
+    },
+    /// A vector without direction.
+    #[error("'{0}' has the length 0: expected {1}")]
+    NoLength(String, &'static str),
+    /// Nothing moves.
+    #[error("no joint of the rig can move: expected limits that make one move, [limits.NAME]")]
+    NothingMoves,
+}
+
+/// `; did you mean 'a'?` as it goes on after a name.
+fn guess(unknown: &UnknownName) -> String {
+    let text = unknown.to_string();
+    text.find("; did you mean")
+        .map(|at| text[at..].trim_end_matches('?').replacen("; d", " (d", 1) + "?)")
+        .unwrap_or_default()
+}
+
+/// `'a', 'b' or 'c'`.
+fn list(words: &[&str]) -> String {
+    match words.split_last() {
+        None => "none".to_owned(),
+        Some((only, [])) => format!("'{only}'"),
+        Some((last, others)) => format!("'{}' or '{last}'", others.join("', '")),
+    }
+}
+
+impl Error {
+    pub(crate) fn new(file: &str, place: Option<(usize, usize)>, kind: ErrorKind) -> Self {
+        Self(Box::new(Inner { file: file.to_owned(), place, kind }))
+    }
+
+    pub(crate) fn unknown_builtin(name: &str) -> Self {
+        Self::new("built-in scenario", None, ErrorKind::Builtin(name.to_owned()))
+    }
+
+    /// The same, with more about the place of an unknown key.
+    pub(crate) fn with_place_suffix(mut self, suffix: &str) -> Self {
+        if let ErrorKind::UnknownKey { place, .. } = &mut self.0.kind {
+            place.push_str(suffix);
+        }
+        self
+    }
+
+    /// The file, as it was named.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        &self.0.file
+    }
+
+    /// The line, counted from 1; `None` where the file as a whole is meant.
+    #[must_use]
+    pub fn line(&self) -> Option<usize> {
+        self.0.place.map(|p| p.0)
+    }
+
+    /// The column in that line, in characters counted from 1.
+    #[must_use]
+    pub fn column(&self) -> Option<usize> {
+        self.0.place.map(|p| p.1)
+    }
+
+    /// What is wrong.
+    #[must_use]
+    pub fn kind(&self) -> &ErrorKind {
+        &self.0.kind
+    }
+}
+
+impl std::fmt::Display for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0.place {
+            Some((line, column)) => write!(f, "{}:{line}:{column}: {}", self.0.file, self.0.kind),
+            None => write!(f, "{}: {}", self.0.file, self.0.kind),
+        }
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        std::error::Error::source(&self.0.kind)
+    }
+}

@@ -1,0 +1,120 @@
+//! `[limits.NAME]` and `root`: the rig of the file → the rig of the scenario.
+
+use std::f64::consts::PI;
+
+use ikiru_rig::{Cone, EulerOrder, JointId, Motion, Range, Rig, RigError};
+
+use crate::error::{Error, ErrorKind};
+use crate::table::{Table, Value};
+use crate::values::{joint_of_key, name_of, with_article};
+
+const EULER: [&str; 2] = ["min_deg", "max_deg"];
+const CONE: [&str; 3] = ["axis", "swing_deg", "twist_deg"];
+const KEYS: [&str; 5] = ["min_deg", "max_deg", "axis", "swing_deg", "twist_deg"];
+
+/// The rig with the scenario's limits, its root free where the scenario says so.
+pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<Rig, Error> {
+    let mut builder = rig.to_builder();
+    let mut seen: Vec<(JointId, Value<'_>)> = Vec::new();
+    let limits = scenario.table("limits")?;
+    for value in limits.iter().flat_map(Table::entries) {
+        let joint = joint_of_key(rig, &value)?;
+        if let Some((_, first)) = seen.iter().find(|(other, _)| *other == joint) {
+            let (place, first, second) = ("[limits]".to_owned(), first.key.clone(), value.key.clone());
+            return Err(value.key_error(ErrorKind::Twice { place, first, second }));
+        }
+        builder.set_motion(joint, motion(rig, joint, &value)?);
+        seen.push((joint, value));
+    }
+    if let Some(root) = scenario.get("root") {
+        root.word("root", &["free"])?;
+        let topmost = builder.joints_mut().iter().position(|j| j.n_dofs() > 0).map(JointId::from_index);
+        let Some(topmost) = topmost else { return Err(root.error(ErrorKind::NothingMoves)) };
+        if let Motion::Euler { .. } = builder.joints_mut()[topmost.index()].motion {
+            let reason = "is the free root, which angle ranges cannot limit: expected a cone, \
+                          'axis', 'swing_deg' and 'twist_deg', or no limits";
+            let at = seen.iter().find(|(joint, _)| *joint == topmost).map_or(&root, |(_, value)| value);
+            let joint = name_of(rig, topmost).to_owned();
+            return Err(at.key_error(ErrorKind::Unfit { joint, reason: reason.to_owned() }));
+        }
+        builder.free_root().map_err(|e| root.error(ErrorKind::Limits(e)))?;
+    }
+    let is_changed = !seen.is_empty() || scenario.get("root").is_some();
+    if is_changed { builder.build().map_err(|e| place_of(e, scenario, &limits)) } else { Ok(rig.clone()) }
+}
+
+fn place_of(error: RigError, scenario: &Table<'_>, limits: &Option<Table<'_>>) -> Error {
+    limits.as_ref().unwrap_or(scenario).error(ErrorKind::Limits(error))
+}
+
+/// The motion of one joint under its limits.
+fn motion(rig: &Rig, joint: JointId, value: &Value<'_>) -> Result<Motion, Error> {
+    let table = value.table(format!("[limits.{}]", value.key))?;
+    table.only(&KEYS)?;
+    let old = rig.get(joint).map_or(Motion::Fixed, |j| j.motion);
+    if let Motion::Hinge { .. } | Motion::Slider { .. } = old {
+        let reason = format!(
+            "is {} of the file's own: expected limits of balls and Euler joints only",
+            with_article(&old)
+        );
+        return Err(value.key_error(ErrorKind::Unfit { joint: name_of(rig, joint).to_owned(), reason }));
+    }
+    let has = |keys: &[&str]| keys.iter().any(|key| table.get(key).is_some());
+    match (has(&EULER), has(&CONE)) {
+        (true, false) => euler(&table),
+        (false, true) => {
+            let cone = Some(cone(&table)?);
+            Ok(if let Motion::Free { .. } = old { Motion::Free { cone } } else { Motion::Ball { cone } })
+        }
+        (is_both, _) => {
+            let expected = "either 'min_deg' and 'max_deg' (ranges of the angles x, y, z), \
+                            or 'axis' and 'swing_deg' (a cone)";
+            let found = if is_both { table.present(&KEYS) } else { "no limits".to_owned() };
+            Err(table.error(ErrorKind::Alternatives { place: table.place.clone(), found, expected }))
+        }
+    }
+}
+
+fn euler(table: &Table<'_>) -> Result<Motion, Error> {
+    const EXPECTED: &str = "three angles in degrees, [x, y, z]";
+    let min = table.require("min_deg", EXPECTED)?.numbers::<3>(EXPECTED)?;
+    let largest = table.require("max_deg", EXPECTED)?;
+    let max = largest.numbers::<3>(EXPECTED)?;
+    for (axis, what) in ["angle about x", "angle about y", "angle about z"].into_iter().enumerate() {
+        if min[axis] > max[axis] {
+            return Err(largest.error(ErrorKind::Order { what, min: min[axis], max: max[axis] }));
+        }
+    }
+    let ranges = [0, 1, 2].map(|axis| Range::degrees(min[axis], max[axis]));
+    Ok(Motion::Euler { order: EulerOrder::Zyx, ranges })
+}
+
+fn cone(table: &Table<'_>) -> Result<Cone, Error> {
+    let axis = table.require("axis", "the twist's axis in the joint's frame, [x, y, z]")?.direction()?;
+    let widths = table.require("swing_deg", "two half-widths in degrees, [first, second]")?;
+    let mut swing = [0.0; 2];
+    for (slot, width) in swing.iter_mut().zip(of_two(&widths, "two half-widths in degrees, [first, second]")?)
+    {
+        let inside = |n: f64| (0.0..=180.0).contains(&n);
+        *slot = width.number_that(inside, "a half-width from 0 to 180 degrees")?.to_radians().min(PI);
+    }
+    let mut twist = Range::new(-PI, PI);
+    if let Some(ends) = table.get("twist_deg") {
+        let mut degrees = [0.0; 2];
+        for (slot, end) in degrees.iter_mut().zip(of_two(&ends, "two angles in degrees, [min, max]")?) {
+            *slot = end.number_that(|n| n.abs() <= 180.0, "an angle from -180 to 180 degrees")?;
+        }
+        let [min, max] = degrees;
+        if min > max {
+            return Err(ends.error(ErrorKind::Order { what: "twist", min, max }));
+        }
+        twist = Range::new(min.to_radians().max(-PI), max.to_radians().min(PI));
+    }
+    Cone::new(axis, swing, twist).map_err(|e| table.error(ErrorKind::Cone(e)))
+}
+
+/// The two entries of a list, each with its own place.
+fn of_two<'a>(value: &Value<'a>, expected: &'static str) -> Result<Vec<Value<'a>>, Error> {
+    value.numbers::<2>(expected)?;
+    value.list(expected)
+}

@@ -1,0 +1,308 @@
+//! `[[objective]]`: text → terms of a problem.
+
+use glam::DQuat;
+use ikiru_rig::{EulerOrder, JointId, Rig};
+use ikiru_solve::objectives::{
+    Direction, Gaze, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
+};
+use ikiru_solve::{Loss, Objective, Problem, TermId, Tolerance};
+
+use crate::error::{Error, ErrorKind};
+use crate::table::{Table, Value};
+use crate::values::{joint, joint_angles, joint_of_key, name_of};
+
+const KINDS: [&str; 7] =
+    ["position", "orientation", "pose", "look_at", "direction", "known_rotation", "rest_pose"];
+
+/// One `[[objective]]` of a scenario, in the order of the text, which is that of the problem's terms.
+#[derive(Clone, Copy, Debug)]
+pub struct ScenarioObjective {
+    /// Its kind, as the scenario has it.
+    pub kind: &'static str,
+    /// The joint that it is about; `None` where it names several, or takes all.
+    pub joint: Option<JointId>,
+    /// Its term in the problem.
+    pub term: TermHandle,
+}
+
+/// The typed id of an objective's term: `scenario.problem[id]` is the objective itself.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub enum TermHandle {
+    /// `position`
+    Position(TermId<Position>),
+    /// `orientation`
+    Orientation(TermId<Orientation>),
+    /// `pose`
+    Pose(TermId<PoseTarget>),
+    /// `look_at`
+    LookAt(TermId<LookAt>),
+    /// `direction`
+    Direction(TermId<Direction>),
+    /// `known_rotation`
+    KnownRotation(TermId<KnownRotation>),
+    /// `rest_pose`
+    RestPose(TermId<RestPose>),
+}
+
+impl TermHandle {
+    /// The term's position in the problem and in its reports.
+    #[must_use]
+    pub fn index(self) -> usize {
+        match self {
+            Self::Position(id) => id.index(),
+            Self::Orientation(id) => id.index(),
+            Self::Pose(id) => id.index(),
+            Self::LookAt(id) => id.index(),
+            Self::Direction(id) => id.index(),
+            Self::KnownRotation(id) => id.index(),
+            Self::RestPose(id) => id.index(),
+        }
+    }
+}
+
+/// What every objective has.
+struct Common {
+    weight: f64,
+    loss: Loss,
+    mandatory: Option<bool>,
+    tolerance: Tolerance,
+}
+
+/// Reads all objectives of a scenario and adds them to the problem.
+pub(crate) fn add_all(
+    rig: &Rig,
+    active: &[JointId],
+    scenario: &Table<'_>,
+    problem: &mut Problem,
+) -> Result<Vec<ScenarioObjective>, Error> {
+    let list = scenario.require("objective", "at least one [[objective]]")?;
+    let entries = list.list("a list of tables, [[objective]]")?;
+    if entries.is_empty() {
+        let kind = ErrorKind::Length { key: list.key.clone(), found: 0, expected: "at least one" };
+        return Err(list.error(kind));
+    }
+    let mut objectives = Vec::with_capacity(entries.len());
+    for (idx, entry) in entries.iter().enumerate() {
+        let table = entry.table(format!("objective {}", idx + 1))?;
+        objectives.push(add(rig, active, &table, problem)?);
+    }
+    Ok(objectives)
+}
+
+/// The keys of a kind, besides those that every objective has.
+fn keys(kind: &str) -> &'static [&'static str] {
+    match kind {
+        "position" => &["joint", "point", "target", "tolerance"],
+        "orientation" => &["joint", "target_rotation", "euler_deg", "tolerance_deg"],
+        "pose" => &["joint", "point", "target", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"],
+        "look_at" => &["joint", "axis", "target", "length", "offset_from_tip", "tolerance_deg"],
+        "direction" => &["joint", "axis", "target", "tolerance_deg"],
+        _ => &["joints", "tolerance_deg"],
+    }
+}
+
+fn add(
+    rig: &Rig,
+    active: &[JointId],
+    table: &Table<'_>,
+    problem: &mut Problem,
+) -> Result<ScenarioObjective, Error> {
+    const JOINT: &str = "the name of a joint, or a humanoid role";
+    const TARGET: &str = "a point of the world in metres, [x, y, z]";
+    const AXIS: &str = "a direction in the joint's frame, [x, y, z]";
+    let kind =
+        table.require("kind", "one of the objectives' kinds, such as 'position'")?.word("kind", &KINDS)?;
+    let own = keys(kind);
+    let mut allowed = vec!["kind"];
+    allowed.extend(own);
+    allowed.extend(["weight", "loss", "mandatory"]);
+    table.only(&allowed).map_err(|error| named(error, kind))?;
+    let common = common(table, kind)?;
+    let loss = common.loss;
+    let named_joint = || joint(rig, &table.require("joint", JOINT)?);
+    let point = || table.get("point").map_or(Ok(glam::DVec3::ZERO), |v| v.vector());
+    let (joint, term) = match kind {
+        "position" => {
+            let joint = named_joint()?;
+            let target = table.require("target", TARGET)?.vector()?;
+            let id = common.add(problem, Position { joint, point: point()?, target, loss });
+            (Some(joint), TermHandle::Position(id))
+        }
+        "orientation" => {
+            let joint = named_joint()?;
+            let id = common.add(problem, Orientation { joint, target: rotation(table)?, loss });
+            (Some(joint), TermHandle::Orientation(id))
+        }
+        "pose" => {
+            let joint = named_joint()?;
+            let position = table.require("target", TARGET)?.vector()?;
+            let rotation = rotation(table)?;
+            let id = common.add(problem, PoseTarget { joint, point: point()?, position, rotation, loss });
+            (Some(joint), TermHandle::Pose(id))
+        }
+        "look_at" => {
+            let joint = named_joint()?;
+            let axis = table.require("axis", AXIS)?.direction()?;
+            let id = common.add(problem, LookAt { joint, axis, gaze: gaze(table)?, loss });
+            (Some(joint), TermHandle::LookAt(id))
+        }
+        "direction" => {
+            let joint = named_joint()?;
+            let axis = table.require("axis", AXIS)?.direction()?;
+            let target = table.require("target", "a direction of the world, [x, y, z]")?.direction()?;
+            let id = common.add(problem, Direction { joint, axis, target, loss });
+            (Some(joint), TermHandle::Direction(id))
+        }
+        "known_rotation" => {
+            let given = table.require("joints", "a table of joints, { NAME = { euler_deg = [x, y, z] } }")?;
+            let joints = given.table(format!("{}, 'joints',", table.place))?;
+            let mut targets = Vec::new();
+            for value in joints.entries() {
+                let joint = joint_of_key(rig, &value)?;
+                once(rig, &targets, joint, &value.key, &value, &joints.place)?;
+                targets.push((joint, joint_angles(rig, joint, &value)?));
+            }
+            if targets.is_empty() {
+                let kind =
+                    ErrorKind::Length { key: given.key.clone(), found: 0, expected: "at least one joint" };
+                return Err(given.error(kind));
+            }
+            let joint = if let [(only, _)] = targets[..] { Some(only) } else { None };
+            (joint, TermHandle::KnownRotation(common.add(problem, KnownRotation::new(&targets))))
+        }
+        _ => {
+            let joints = match table.get("joints") {
+                None => active.to_vec(),
+                Some(list) => joint_list(rig, &list)?,
+            };
+            let joint = if let [only] = joints[..] { Some(only) } else { None };
+            let objective = RestPose::new(&joints, rig.rest_pose());
+            (joint, TermHandle::RestPose(common.add(problem, objective)))
+        }
+    };
+    Ok(ScenarioObjective { kind, joint, term })
+}
+
+impl Common {
+    fn add<T: Objective>(&self, problem: &mut Problem, objective: T) -> TermId<T> {
+        let id = problem.add(self.weight, objective);
+        problem.set_tolerance(id, self.tolerance);
+        if let Some(mandatory) = self.mandatory {
+            problem.set_mandatory(id, mandatory);
+        }
+        id
+    }
+}
+
+/// An unknown key of an objective names the kind, since keys differ by it.
+fn named(error: Error, kind: &str) -> Error {
+    error.with_place_suffix(&format!(" ({kind})"))
+}
+
+fn common(table: &Table<'_>, kind: &str) -> Result<Common, Error> {
+    let at_least_0 = "a number of at least 0";
+    let weight = table.get("weight").map_or(Ok(1.0), |v| v.number_that(|n| n >= 0.0, at_least_0))?;
+    let mut tolerance = Tolerance::default();
+    if let Some(value) = table.get("tolerance") {
+        tolerance.metres = value.number_that(|n| n >= 0.0, "metres, at least 0")?;
+    }
+    if let Some(value) = table.get("tolerance_deg") {
+        tolerance.radians = value.number_that(|n| n >= 0.0, "degrees, at least 0")?.to_radians();
+    }
+    let mandatory = table.get("mandatory").map(|v| v.truth()).transpose()?;
+    let loss = table.get("loss").map_or(Ok(Loss::Squared), |v| loss(&v, kind))?;
+    Ok(Common { weight, loss, mandatory, tolerance })
+}
+
+fn loss(value: &Value<'_>, kind: &str) -> Result<Loss, Error> {
+    let only_squared = matches!(kind, "known_rotation" | "rest_pose");
+    if only_squared {
+        value.word("loss", &["squared"])?;
+        return Ok(Loss::Squared);
+    }
+    if value.is_table() {
+        let table = value.table("'loss'".to_owned())?;
+        table.only(&["huber"])?;
+        let width = table.require("huber", "the width where the loss turns from square to linear")?;
+        return Ok(Loss::Huber { width: width.number_that(|n| n > 0.0, "a number above 0")? });
+    }
+    if value.text("'squared', 'norm' or { huber = width }")? == "huber" {
+        let expected = "a table with the width where the loss turns from square to linear, { huber = 0.1 }";
+        return Err(value.error(ErrorKind::Type { key: "loss".to_owned(), found: "a string", expected }));
+    }
+    Ok(if value.word("loss", &["squared", "norm"])? == "norm" { Loss::Norm } else { Loss::Squared })
+}
+
+/// The rotation of `target_rotation` or `euler_deg`.
+fn rotation(table: &Table<'_>) -> Result<DQuat, Error> {
+    match (table.get("target_rotation"), table.get("euler_deg")) {
+        (Some(quaternion), None) => quaternion.quaternion(),
+        (None, Some(angles)) => Ok(EulerOrder::Zyx.quaternion(angles.angles()?)),
+        _ => Err(alternatives(
+            table,
+            &["target_rotation", "euler_deg"],
+            "either 'target_rotation' (a quaternion, [x, y, z, w]) or 'euler_deg' (angles x, y, z of Rz·Ry·Rx)",
+        )),
+    }
+}
+
+fn gaze(table: &Table<'_>) -> Result<Gaze, Error> {
+    let tip = ["length", "offset_from_tip"];
+    match (table.get("target"), tip.map(|key| table.get(key))) {
+        (Some(target), [None, None]) => Ok(Gaze::Point(target.vector()?)),
+        (None, [Some(length), Some(offset)]) => {
+            Ok(Gaze::OffsetFromTip { length: length.number()?, offset: offset.vector()? })
+        }
+        _ => Err(alternatives(
+            table,
+            &["target", "length", "offset_from_tip"],
+            "either 'target' (a point of the world), or 'length' and 'offset_from_tip' (a point beside the bone's tip)",
+        )),
+    }
+}
+
+fn alternatives(table: &Table<'_>, keys: &[&str], expected: &'static str) -> Error {
+    let kind = ErrorKind::Alternatives { place: table.place.clone(), found: table.present(keys), expected };
+    table.error(kind)
+}
+
+/// A list of joints, each of which can stand there once.
+pub(crate) fn joint_list(rig: &Rig, list: &Value<'_>) -> Result<Vec<JointId>, Error> {
+    let mut joints: Vec<(JointId, ())> = Vec::new();
+    for value in list.list("a list of joints, by name or humanoid role")? {
+        let id = joint(rig, &value)?;
+        once(rig, &joints, id, value.text("a name")?, &value, &format!("'{}'", list.key))?;
+        if rig.get(id).is_none_or(|j| j.n_dofs() == 0) {
+            return Err(value.error(ErrorKind::Immobile(name_of(rig, id).to_owned())));
+        }
+        joints.push((id, ()));
+    }
+    if joints.is_empty() {
+        let kind = ErrorKind::Length { key: list.key.clone(), found: 0, expected: "at least one joint" };
+        return Err(list.error(kind));
+    }
+    Ok(joints.into_iter().map(|(id, ())| id).collect())
+}
+
+fn once<T>(
+    rig: &Rig,
+    seen: &[(JointId, T)],
+    joint: JointId,
+    name: &str,
+    value: &Value<'_>,
+    place: &str,
+) -> Result<(), Error> {
+    if seen.iter().all(|(other, _)| *other != joint) {
+        return Ok(());
+    }
+    let (first, second) = (name_of(rig, joint).to_owned(), name.to_owned());
+    Err(value.key_error(ErrorKind::Twice { place: place.to_owned(), first, second }))
+}
+
+/// The joints that a term reads: those whose frames it reads, and those whose own motion it reads.
+pub(crate) fn joints_read(problem: &Problem, term: usize) -> (Vec<JointId>, Vec<JointId>) {
+    problem.objective(term).map_or_else(Default::default, |objective| {
+        (objective.joints().to_vec(), objective.motions().to_vec())
+    })
+}

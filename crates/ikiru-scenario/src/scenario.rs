@@ -1,0 +1,337 @@
+//! A scenario: everything that a solve needs, made of one text.
+
+use std::path::Path;
+use std::time::Duration;
+
+use glam::{DQuat, DVec3};
+use ikiru_formats::Loaded;
+use ikiru_rig::{JointId, Motion, Pose, Rig};
+use ikiru_solve::objectives::{Gaze, JointAngles};
+use ikiru_solve::{
+    AdamOptions, Method, Objective, Problem, Report, Search, Solver, SolverOptions, Workspace,
+};
+use serde_json::{Map, Value as Json, json};
+use toml::de::DeTable;
+
+use crate::error::{Error, ErrorKind};
+use crate::limits::limited;
+use crate::objective::{ScenarioObjective, TermHandle, add_all, joint_list, joints_read};
+use crate::table::{Document, Table, Value};
+use crate::values::{joint_angles, joint_of_key, name_of, set};
+use crate::warning::Warning;
+
+/// What a scenario asks for, ready to solve, as often as wanted and for other targets too.
+#[derive(Debug)]
+pub struct Scenario {
+    /// The file's name, as it was given.
+    pub name: String,
+    /// What the rig was read from; its rig is [`rig`](Self::rig).
+    pub loaded: Loaded,
+    /// The rig, with the scenario's limits and root.
+    pub rig: Rig,
+    /// The joints that may move and the terms.
+    pub problem: Problem,
+    /// The solver, with the scenario's method and stopping rules.
+    pub solver: Solver,
+    /// Where a solve starts, inside the limits.
+    pub start: Pose,
+    /// The joints that may move, parents first.
+    pub active: Vec<JointId>,
+    /// The objectives, in the order of the text and of the problem's terms.
+    pub objectives: Vec<ScenarioObjective>,
+    /// What is odd without being wrong.
+    pub warnings: Vec<Warning>,
+}
+
+/// Why a target was not changed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TargetError {
+    /// There are not so many objectives.
+    #[error("there is no objective {0}: the scenario has {1}, counted from 0")]
+    NoObjective(usize, usize),
+    /// An objective of another kind.
+    #[error("objective {0} is '{1}', which has no {2} to set")]
+    Kind(usize, &'static str, &'static str),
+}
+
+const KEYS: [&str; 11] =
+    ["version", "rig", "method", "active", "root", "scale", "world", "limits", "start", "objective", "stop"];
+const METHODS: [&str; 5] = ["lm", "adam", "ccd", "fabrik", "ipopt"];
+
+impl Scenario {
+    /// Reads a scenario file. Paths inside it are relative to its folder.
+    ///
+    /// # Errors
+    /// When the file or the rig that it names cannot be read, or anything in it is not as expected: file, line and
+    /// column of the first thing that is wrong.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|e| Error::new(&name, None, ErrorKind::Io(e)))?;
+        let text = String::from_utf8(bytes).map_err(|_| Error::new(&name, None, ErrorKind::Utf8))?;
+        Self::parse(&text, &name, path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// Reads a scenario from its text; `name` stands in messages, paths inside it are relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(text: &str, name: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
+        let document = Document { name, text };
+        let map = DeTable::parse(text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            document.error(at, ErrorKind::Syntax(error.message().to_owned()))
+        })?;
+        let table = Table::root(document, map.get_ref());
+        table.require("version", "version = 1")?.version()?;
+        table.only(&KEYS)?;
+        build(&table, name, folder.as_ref())
+    }
+
+    /// Memory for solving it.
+    #[must_use]
+    pub fn workspace(&self) -> Workspace {
+        self.solver.workspace(&self.problem)
+    }
+
+    /// Solves from the pose that is given; the best pose found comes back in it.
+    pub fn solve<'w>(&self, pose: &mut Pose, workspace: &'w mut Workspace) -> Report<'w> {
+        self.solver.solve(&self.problem, pose, workspace)
+    }
+
+    /// The method, as the scenario names it.
+    #[must_use]
+    pub fn method(&self) -> &'static str {
+        match self.solver.options().method {
+            Method::Lm => "lm",
+            Method::Adam(_) => "adam",
+        }
+    }
+
+    /// Moves a target: the point of a `position`, `pose` or `look_at` (which then looks at a point of the world), the
+    /// direction of a `direction`. That it is finite is checked when a solve starts.
+    ///
+    /// # Errors
+    /// When there is no such objective, or it aims at no point.
+    pub fn set_target(&mut self, objective: usize, target: DVec3) -> Result<(), TargetError> {
+        match self.handle(objective)? {
+            TermHandle::Position(id) => self.problem[id].target = target,
+            TermHandle::Pose(id) => self.problem[id].position = target,
+            TermHandle::LookAt(id) => self.problem[id].gaze = Gaze::Point(target),
+            TermHandle::Direction(id) => self.problem[id].target = target,
+            _ => return Err(self.no_target(objective, "point")),
+        }
+        Ok(())
+    }
+
+    /// Changes the rotation that an `orientation` or `pose` aims at.
+    ///
+    /// # Errors
+    /// When there is no such objective, or it aims at no rotation.
+    pub fn set_target_rotation(&mut self, objective: usize, rotation: DQuat) -> Result<(), TargetError> {
+        match self.handle(objective)? {
+            TermHandle::Orientation(id) => self.problem[id].target = rotation,
+            TermHandle::Pose(id) => self.problem[id].rotation = rotation,
+            _ => return Err(self.no_target(objective, "rotation")),
+        }
+        Ok(())
+    }
+
+    fn handle(&self, objective: usize) -> Result<TermHandle, TargetError> {
+        let found = self.objectives.get(objective).map(|o| o.term);
+        found.ok_or(TargetError::NoObjective(objective, self.objectives.len()))
+    }
+
+    fn no_target(&self, objective: usize, what: &'static str) -> TargetError {
+        TargetError::Kind(objective, self.objectives.get(objective).map_or("", |o| o.kind), what)
+    }
+
+    /// The name of the joint that an objective is about.
+    #[must_use]
+    pub fn joint_name(&self, objective: usize) -> Option<&str> {
+        Some(name_of(&self.rig, self.objectives.get(objective)?.joint?))
+    }
+
+    /// What an objective aims at, as JSON: a point or direction `[x, y, z]`; the quaternion `[x, y, z, w]` of an
+    /// `orientation`; `{"length", "offset_from_tip"}` of a `look_at` beside the bone's tip; `{NAME: value}` of a
+    /// `known_rotation`; null for a `rest_pose` and for a position beyond the last.
+    #[must_use]
+    pub fn target_json(&self, objective: usize) -> Json {
+        let problem = &self.problem;
+        match self.objectives.get(objective).map(|o| o.term) {
+            Some(TermHandle::Position(id)) => json!(problem[id].target.to_array()),
+            Some(TermHandle::Pose(id)) => json!(problem[id].position.to_array()),
+            Some(TermHandle::Orientation(id)) => json!(problem[id].target.to_array()),
+            Some(TermHandle::Direction(id)) => json!(problem[id].target.to_array()),
+            Some(TermHandle::LookAt(id)) => match problem[id].gaze {
+                Gaze::Point(point) => json!(point.to_array()),
+                Gaze::OffsetFromTip { length, offset } => {
+                    json!({ "length": length, "offset_from_tip": offset.to_array() })
+                }
+            },
+            Some(TermHandle::KnownRotation(id)) => {
+                let objective = &problem[id];
+                let mut joints = Map::new();
+                for (joint, angles) in objective.motions().iter().zip(objective.angles()) {
+                    joints.insert(name_of(&self.rig, *joint).to_owned(), self.angles_json(*joint, angles));
+                }
+                Json::Object(joints)
+            }
+            Some(TermHandle::RestPose(_)) | None => Json::Null,
+        }
+    }
+
+    fn angles_json(&self, joint: JointId, angles: &JointAngles) -> Json {
+        let is_slider = matches!(self.rig.get(joint).map(|j| j.motion), Some(Motion::Slider { .. }));
+        match angles {
+            JointAngles::Rotation(q) => json!({ "rotation": q.to_array() }),
+            JointAngles::Euler(a) => json!({ "euler_deg": a.map(|a| a.map(f64::to_degrees)) }),
+            JointAngles::Value(v) if is_slider => json!({ "offset": v }),
+            JointAngles::Value(v) => json!({ "angle_deg": v.to_degrees() }),
+        }
+    }
+}
+
+fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error> {
+    let method = method(table)?;
+    if let Some(world) = table.get("world") {
+        world.word("world", &["scene", "file"])?;
+    }
+    let solver = Solver::new(stop(table, method)?);
+    let (loaded, rig_value) = read_rig(table, folder)?;
+    let rig = limited(&loaded.rig, table)?;
+    let loaded = if loaded.rig.is_same(&rig) {
+        loaded
+    } else {
+        loaded.with_rig(rig.clone()).map_err(|e| rig_value.error(ErrorKind::Rig(e)))?
+    };
+    let mut warnings: Vec<Warning> = loaded.warnings.iter().cloned().map(Warning::Rig).collect();
+    let problem_joints = match table.get("active") {
+        Some(list) => joint_list(&rig, &list)?,
+        None => rig.ids().collect(),
+    };
+    let mut problem = Problem::new(&rig, problem_joints);
+    let active: Vec<JointId> = problem.active().collect();
+    if active.is_empty() {
+        return Err(rig_value.error(ErrorKind::NothingMoves));
+    }
+    let start = start(&rig, table, &mut warnings)?;
+    let objectives = add_all(&rig, &active, table, &mut problem)?;
+    warn_of_what_nothing_moves(&rig, &problem, &objectives, &mut warnings);
+    Ok(Scenario { name: name.to_owned(), loaded, rig, problem, solver, start, active, objectives, warnings })
+}
+
+fn method(table: &Table<'_>) -> Result<Method, Error> {
+    let Some(value) = table.get("method") else { return Ok(Method::Lm) };
+    match value.word("method", &METHODS)? {
+        "lm" => Ok(Method::Lm),
+        "adam" => Ok(Method::Adam(AdamOptions::default())),
+        other => Err(value.error(ErrorKind::NotAvailable(other))),
+    }
+}
+
+fn read_rig<'a>(table: &Table<'a>, folder: &Path) -> Result<(Loaded, Value<'a>), Error> {
+    const EXPECTED: &str = "'builtin:human', 'builtin:reference', or the path of a .glb, .gltf or .vrm file";
+    let value = table.require("rig", EXPECTED)?;
+    let rig = value.text(EXPECTED)?;
+    let path = if rig.starts_with("builtin:") { Path::new(rig).to_owned() } else { folder.join(rig) };
+    let loaded = ikiru_formats::read(path).map_err(|e| value.error(ErrorKind::Rig(e)))?;
+    if let Some(scale) = table.get("scale") {
+        let factor = scale.number_that(|n| n > 0.0, "a number above 0")?;
+        if factor != 1.0 {
+            return Err(scale.error(ErrorKind::Scale(factor)));
+        }
+    }
+    Ok((loaded, value))
+}
+
+fn stop(table: &Table<'_>, method: Method) -> Result<SolverOptions, Error> {
+    const RESTARTS: usize = 64;
+    let mut options = SolverOptions {
+        method,
+        search: Search::Global { max_restarts: RESTARTS },
+        ..SolverOptions::default()
+    };
+    let Some(stop) = table.table("stop")? else { return Ok(options) };
+    stop.only(&["cost_below", "max_iterations", "max_restarts", "max_time_ms"])?;
+    if let Some(value) = stop.get("cost_below") {
+        options.cost_below = Some(value.number_that(|n| n > 0.0, "a number above 0")?);
+    }
+    if let Some(value) = stop.get("max_iterations") {
+        options.max_iterations = value.count(1, "a whole number of at least 1")?;
+    }
+    if let Some(value) = stop.get("max_restarts") {
+        options.search = match value.count(0, "a whole number of at least 0")? {
+            0 => Search::Local,
+            max_restarts => Search::Global { max_restarts },
+        };
+    }
+    if let Some(value) = stop.get("max_time_ms") {
+        const DAY_MS: f64 = 86_400_000.0;
+        let ms = value.number_that(|n| n > 0.0 && n <= DAY_MS, "milliseconds, above 0 and at most a day")?;
+        options.max_time = Some(Duration::from_secs_f64(ms / 1000.0));
+    }
+    Ok(options)
+}
+
+/// The start of `[start]`, moved into the limits with a warning for each joint that was outside.
+fn start(rig: &Rig, table: &Table<'_>, warnings: &mut Vec<Warning>) -> Result<Pose, Error> {
+    const TRANSLATION: &str = "root_translation";
+    let mut pose = rig.rest_pose();
+    let mut given: Vec<JointId> = Vec::new();
+    for value in table.table("start")?.iter().flat_map(Table::entries) {
+        if value.key == TRANSLATION && rig.joint(TRANSLATION).is_err() {
+            let root = rig.root().filter(|root| {
+                rig.get(*root).is_some_and(|joint| matches!(joint.motion, Motion::Free { .. }))
+            });
+            let Some(root) = root else {
+                let joint = rig.root().map_or("root", |root| name_of(rig, root)).to_owned();
+                let reason =
+                    "is a root that does not translate: expected root = \"free\" beside it".to_owned();
+                return Err(value.key_error(ErrorKind::Unfit { joint, reason }));
+            };
+            // The joint is free and the numbers are finite.
+            let _ = pose.set_translation(root, value.vector()?);
+            continue;
+        }
+        let joint = joint_of_key(rig, &value)?;
+        if given.contains(&joint) {
+            let (place, first) = ("[start]".to_owned(), name_of(rig, joint).to_owned());
+            let kind = ErrorKind::Twice { place, first, second: value.key.clone() };
+            return Err(value.key_error(kind));
+        }
+        set(&mut pose, joint, joint_angles(rig, joint, &value)?);
+        given.push(joint);
+    }
+    let wanted = pose.clone();
+    pose.project();
+    for joint in rig.ids() {
+        let distance = wanted.limit_violation_of(joint);
+        if distance > 1e-9 {
+            let given = given.contains(&joint);
+            warnings.push(Warning::StartProjected { joint: name_of(rig, joint).to_owned(), distance, given });
+        }
+    }
+    Ok(pose)
+}
+
+/// An objective about joints that nothing active moves can only be met by chance.
+fn warn_of_what_nothing_moves(
+    rig: &Rig,
+    problem: &Problem,
+    objectives: &[ScenarioObjective],
+    warnings: &mut Vec<Warning>,
+) {
+    let moves = |joint: JointId| problem.is_active(joint) && rig.get(joint).is_some_and(|j| j.n_dofs() > 0);
+    for objective in objectives {
+        let (frames, motions) = joints_read(problem, objective.term.index());
+        let still = frames.into_iter().filter(|joint| !rig.ancestors(*joint).any(moves));
+        for joint in still.chain(motions.into_iter().filter(|joint| !moves(*joint))) {
+            warnings.push(Warning::OutOfHand {
+                objective: objective.term.index() + 1,
+                kind: objective.kind,
+                joint: name_of(rig, joint).to_owned(),
+            });
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! TOML values with their place: every accessor answers with what was expected and where.
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::unknown_name;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Error, ErrorKind};
+
+/// The text of a scenario, to turn places into lines.
+#[derive(Clone, Copy)]
+pub(crate) struct Document<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) text: &'a str,
+}
+
+impl Document<'_> {
+    pub(crate) fn error(&self, at: usize, kind: ErrorKind) -> Error {
+        let before = self.text.get(..at.min(self.text.len())).unwrap_or(self.text);
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        Error::new(self.name, Some((line, column)), kind)
+    }
+}
+
+/// A table, with its name for messages.
+#[derive(Clone)]
+pub(crate) struct Table<'a> {
+    document: Document<'a>,
+    map: &'a DeTable<'a>,
+    start: usize,
+    pub(crate) place: String,
+}
+
+/// A value, with its key for messages.
+#[derive(Clone)]
+pub(crate) struct Value<'a> {
+    document: Document<'a>,
+    pub(crate) key: String,
+    /// Where the key starts.
+    pub(crate) key_start: usize,
+    value: &'a Spanned<DeValue<'a>>,
+}
+
+impl<'a> Table<'a> {
+    pub(crate) fn root(document: Document<'a>, map: &'a DeTable<'a>) -> Self {
+        Self { document, map, start: 0, place: "the scenario".to_owned() }
+    }
+
+    /// An error about the table as a whole.
+    pub(crate) fn error(&self, kind: ErrorKind) -> Error {
+        self.document.error(self.start, kind)
+    }
+
+    /// Refuses all other keys.
+    pub(crate) fn only(&self, expected: &[&'static str]) -> Result<(), Error> {
+        match self.entries().into_iter().find(|v| !expected.contains(&v.key.as_str())) {
+            None => Ok(()),
+            Some(value) => {
+                let unknown = unknown_name(&value.key, expected.iter().copied());
+                let kind =
+                    ErrorKind::UnknownKey { place: self.place.clone(), unknown, expected: expected.to_vec() };
+                Err(self.document.error(value.key_start, kind))
+            }
+        }
+    }
+
+    /// All values, in the order of the text.
+    pub(crate) fn entries(&self) -> Vec<Value<'a>> {
+        let mut entries: Vec<Value<'a>> = self
+            .map
+            .iter()
+            .map(|(key, value)| Value {
+                document: self.document,
+                key: key.get_ref().to_string(),
+                key_start: key.span().start,
+                value,
+            })
+            .collect();
+        entries.sort_by_key(|v| v.key_start);
+        entries
+    }
+
+    pub(crate) fn get(&self, key: &str) -> Option<Value<'a>> {
+        let (found, value) = self.map.get_key_value(key)?;
+        Some(Value { document: self.document, key: key.to_owned(), key_start: found.span().start, value })
+    }
+
+    pub(crate) fn require(&self, key: &'static str, expected: &'static str) -> Result<Value<'a>, Error> {
+        self.get(key)
+            .ok_or_else(|| self.error(ErrorKind::MissingKey { place: self.place.clone(), key, expected }))
+    }
+
+    /// A table inside this one, if it is there.
+    pub(crate) fn table(&self, key: &str) -> Result<Option<Self>, Error> {
+        self.get(key).map(|value| value.table(format!("[{key}]"))).transpose()
+    }
+
+    /// `'a' and 'b'` for those of the keys that are there.
+    pub(crate) fn present(&self, keys: &[&str]) -> String {
+        let found: Vec<String> =
+            keys.iter().filter(|k| self.map.contains_key(**k)).map(|k| format!("'{k}'")).collect();
+        if found.is_empty() { "neither".to_owned() } else { found.join(" and ") }
+    }
+}
+
+impl<'a> Value<'a> {
+    /// An error at the value.
+    pub(crate) fn error(&self, kind: ErrorKind) -> Error {
+        self.document.error(self.value.span().start, kind)
+    }
+
+    /// An error at the key.
+    pub(crate) fn key_error(&self, kind: ErrorKind) -> Error {
+        self.document.error(self.key_start, kind)
+    }
+
+    fn wrong_type(&self, expected: &'static str) -> Error {
+        let found = match self.value.get_ref() {
+            DeValue::String(_) => "a string",
+            DeValue::Integer(_) | DeValue::Float(_) => "a number",
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "a list",
+            DeValue::Table(_) => "a table",
+        };
+        self.error(ErrorKind::Type { key: self.key.clone(), found, expected })
+    }
+
+    pub(crate) fn is_table(&self) -> bool {
+        self.value.get_ref().is_table()
+    }
+
+    pub(crate) fn table(&self, place: String) -> Result<Table<'a>, Error> {
+        let map = self.value.get_ref().as_table().ok_or_else(|| self.wrong_type("a table"))?;
+        // The place of a dotted key's table is that of its key.
+        let start = if self.value.span().is_empty() { self.key_start } else { self.value.span().start };
+        Ok(Table { document: self.document, map, start, place })
+    }
+
+    pub(crate) fn text(&self, expected: &'static str) -> Result<&'a str, Error> {
+        self.value.get_ref().as_str().ok_or_else(|| self.wrong_type(expected))
+    }
+
+    /// One of several words.
+    pub(crate) fn word(&self, key: &'static str, expected: &[&'static str]) -> Result<&'static str, Error> {
+        let found = self.text("a word in quotes")?;
+        expected.iter().find(|word| **word == found).copied().ok_or_else(|| {
+            let unknown = unknown_name(found, expected.iter().copied());
+            self.error(ErrorKind::Word { key, unknown, expected: expected.to_vec() })
+        })
+    }
+
+    pub(crate) fn truth(&self) -> Result<bool, Error> {
+        self.value.get_ref().as_bool().ok_or_else(|| self.wrong_type("true or false"))
+    }
+
+    /// The entries of a list.
+    pub(crate) fn list(&self, expected: &'static str) -> Result<Vec<Value<'a>>, Error> {
+        let list = self.value.get_ref().as_array().ok_or_else(|| self.wrong_type(expected))?;
+        let entry = |value: &'a Spanned<DeValue<'a>>| Value {
+            document: self.document,
+            key: self.key.clone(),
+            key_start: value.span().start,
+            value,
+        };
+        Ok(list.iter().map(entry).collect())
+    }
+
+    /// A finite number.
+    pub(crate) fn number(&self) -> Result<f64, Error> {
+        self.finite("a number")
+    }
+
+    fn finite(&self, expected: &'static str) -> Result<f64, Error> {
+        let text = match self.value.get_ref() {
+            DeValue::Float(float) => float.as_str(),
+            // A whole number in base 16, 8 or 2 is one as well.
+            DeValue::Integer(whole) if whole.radix() != 10 => {
+                let parsed = i64::from_str_radix(whole.as_str(), whole.radix());
+                return parsed.map(|n| n as f64).map_err(|_| self.wrong_type(expected));
+            }
+            DeValue::Integer(whole) => whole.as_str(),
+            _ => return Err(self.wrong_type(expected)),
+        };
+        match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            _ => {
+                let kind = ErrorKind::NotFinite { key: self.key.clone(), found: text.to_owned() };
+                Err(self.error(kind))
+            }
+        }
+    }
+
+    /// A finite number that fits a rule, which `expected` words.
+    pub(crate) fn number_that(
+        &self,
+        fits: impl Fn(f64) -> bool,
+        expected: &'static str,
+    ) -> Result<f64, Error> {
+        let found = self.number()?;
+        if fits(found) {
+            return Ok(found);
+        }
+        Err(self.error(ErrorKind::OutOfRange { key: self.key.clone(), found, expected }))
+    }
+
+    /// A whole number.
+    pub(crate) fn count(&self, least: u32, expected: &'static str) -> Result<usize, Error> {
+        let DeValue::Integer(_) = self.value.get_ref() else { return Err(self.wrong_type(expected)) };
+        let most = f64::from(u32::MAX);
+        let number = self.number_that(|n| f64::from(least) <= n && n <= most, expected)?;
+        Ok(number as usize)
+    }
+
+    /// The number of a version, which can be anything that is written there.
+    pub(crate) fn version(&self) -> Result<(), Error> {
+        match self.value.get_ref() {
+            DeValue::Integer(number) if number.as_str() == "1" && number.radix() == 10 => Ok(()),
+            DeValue::Integer(number) => Err(self.error(ErrorKind::Version(number.to_string()))),
+            DeValue::Float(number) => Err(self.error(ErrorKind::Version(number.to_string()))),
+            _ => Err(self.wrong_type("the number 1")),
+        }
+    }
+
+    /// A list of so many finite numbers.
+    pub(crate) fn numbers<const N: usize>(&self, expected: &'static str) -> Result<[f64; N], Error> {
+        let list = self.list(expected)?;
+        let mut numbers = [0.0; N];
+        if list.len() != N {
+            let kind = ErrorKind::Length { key: self.key.clone(), found: list.len(), expected };
+            return Err(self.error(kind));
+        }
+        for (slot, value) in numbers.iter_mut().zip(&list) {
+            *slot = value.number()?;
+        }
+        Ok(numbers)
+    }
+
+    pub(crate) fn vector(&self) -> Result<DVec3, Error> {
+        Ok(DVec3::from_array(self.numbers("three numbers, [x, y, z]")?))
+    }
+
+    /// A vector that has a direction.
+    pub(crate) fn direction(&self) -> Result<DVec3, Error> {
+        let vector = self.vector()?;
+        if vector.try_normalize().is_some() {
+            return Ok(vector);
+        }
+        Err(self.error(ErrorKind::NoLength(self.key.clone(), "a direction, such as [0, 1, 0]")))
+    }
+
+    /// A rotation as a quaternion of any length but 0.
+    pub(crate) fn quaternion(&self) -> Result<DQuat, Error> {
+        let numbers: [f64; 4] = self.numbers("a quaternion, [x, y, z, w]")?;
+        // Scaled first, so that neither huge nor tiny numbers overflow on the way.
+        let largest = numbers.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+        if largest > 0.0 {
+            return Ok(DQuat::from_array(numbers.map(|c| c / largest)).normalize());
+        }
+        Err(self.error(ErrorKind::NoLength(self.key.clone(), "a quaternion, [x, y, z, w]")))
+    }
+
+    /// Three angles, given in degrees, in radians.
+    pub(crate) fn angles(&self) -> Result<[f64; 3], Error> {
+        Ok(self.numbers("three angles in degrees, [x, y, z]")?.map(f64::to_radians))
+    }
+}
