@@ -7,11 +7,12 @@ use clap::{Args as Group, Parser, Subcommand};
 const EXAMPLES: &str = "\
 Examples:
   ikiru demo                                  pose the built-in human, write ./ikiru-demo.glb
-  ikiru inspect avatar.vrm                    joints, degrees of freedom, limits, humanoid roles, clips
-  ikiru solve reach.toml --out posed.glb      solve a scenario, write the posed and skinned character
+  ikiru inspect avatar.vrm                    show joints, limits, roles and clips
+  ikiru solve reach.toml --out posed.glb      solve, write the posed character
   ikiru solve reach.toml --json | jq .cost    the same for programs
 
-Exit status: 0 reached, 1 best effort below the bar (the report says why), 2 bad input, 3 could not write.";
+Exit status: 0 reached, 1 best effort below the bar (the report says why), 2 bad input,
+3 could not write.";
 
 /// Inverse kinematics for virtual humans and any other rig.
 #[derive(Debug, Parser)]

@@ -122,7 +122,7 @@ impl Solver {
         start_projected: bool,
         iterations: usize,
     ) -> Summary {
-        let cost = w.state.evaluate(&w.plan, problem);
+        let cost = if outcome.is_evaluated { outcome.cost } else { w.state.evaluate(&w.plan, problem) };
         report_terms(&w.plan, problem, &mut w.state, &mut w.terms);
         let success = match self.options.cost_below {
             Some(bar) => cost < bar,

@@ -89,7 +89,7 @@ impl Adam {
             }
         };
         state.coords.copy_from_slice(&self.best);
-        Outcome { cost: best, stop }
+        Outcome { cost: best, stop, is_evaluated: false }
     }
 }
 

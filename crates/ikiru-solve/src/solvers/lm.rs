@@ -49,12 +49,12 @@ impl Lm {
         let mut patience = bar.patience(cost);
         'accepted: loop {
             if bar.is_met(plan, problem, state, cost) {
-                return Outcome { cost, stop: StopReason::Reached };
+                return Outcome { cost, stop: StopReason::Reached, is_evaluated: true };
             }
             state.linearize(plan, problem, false);
             let gradient = self.step.begin(plan, state);
             if gradient == 0.0 {
-                return Outcome { cost, stop: StopReason::Converged };
+                return Outcome { cost, stop: StopReason::Converged, is_evaluated: false };
             }
             if damping == 0.0 {
                 scale = self.step.scale(plan, state);
@@ -65,11 +65,11 @@ impl Lm {
             loop {
                 if let Some(stop) = budget.spend() {
                     state.coords.copy_from_slice(&self.accepted);
-                    return Outcome { cost, stop };
+                    return Outcome { cost, stop, is_evaluated: false };
                 }
                 if damping > MOST_DAMPING * scale {
                     state.coords.copy_from_slice(&self.accepted);
-                    return Outcome { cost, stop: StopReason::NoProgress };
+                    return Outcome { cost, stop: StopReason::NoProgress, is_evaluated: false };
                 }
                 // Damping that falls with the residual keeps convergence fast to the end (Fan and Yuan, 2005).
                 let damping_now = (damping * (cost / first).sqrt()).max(LEAST_DAMPING * scale);
@@ -81,7 +81,7 @@ impl Lm {
                 let longest = self.step.tangent.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
                 if longest < LEAST_STEP || promised.abs() < LEAST_GAIN * cost {
                     state.coords.copy_from_slice(&self.accepted);
-                    return Outcome { cost, stop: StopReason::Converged };
+                    return Outcome { cost, stop: StopReason::Converged, is_evaluated: false };
                 }
                 state.step(plan, &self.accepted, &self.step.tangent);
                 let trial = state.evaluate(plan, problem);
@@ -96,7 +96,7 @@ impl Lm {
                     };
                     cost = trial;
                     if patience.is_over(cost) {
-                        return Outcome { cost, stop: StopReason::NoProgress };
+                        return Outcome { cost, stop: StopReason::NoProgress, is_evaluated: true };
                     }
                     continue 'accepted;
                 }

@@ -19,6 +19,8 @@ const SCREENED: usize = 3;
 pub(crate) struct Outcome {
     pub(crate) cost: f64,
     pub(crate) stop: StopReason,
+    /// Whether the state was evaluated last at the pose that it holds.
+    pub(crate) is_evaluated: bool,
 }
 
 /// What counts as done.
@@ -172,20 +174,19 @@ impl Searcher {
         };
         let mut bar = Bar { cost_below: options.cost_below, impatient: max_restarts > 0 };
         if max_restarts == 0 {
-            let outcome = self.run_once(options, plan, problem, state, cost, &bar, budget);
-            return (outcome, 0);
+            return (self.run_once(options, plan, problem, state, cost, &bar, budget), 0);
         }
         self.start.copy_from_slice(&state.coords);
         let mut best = self.run_once(options, plan, problem, state, cost, &bar, budget);
         self.best.copy_from_slice(&state.coords);
         let mut restarts = 0;
-        let mut success = self.succeeded(options, plan, problem, state, &best);
+        let mut success = self.succeeded(options, plan, problem, state, &mut best);
         while !success && restarts < max_restarts && best.stop != StopReason::TimeBudget {
             budget.next_start();
             let cost = self.screen(plan, problem, state, restarts);
             restarts += 1;
-            let outcome = self.run_once(options, plan, problem, state, cost, &bar, budget);
-            success = self.succeeded(options, plan, problem, state, &outcome);
+            let mut outcome = self.run_once(options, plan, problem, state, cost, &bar, budget);
+            success = self.succeeded(options, plan, problem, state, &mut outcome);
             if success || outcome.cost < best.cost {
                 best = outcome;
                 self.best.copy_from_slice(&state.coords);
@@ -193,9 +194,14 @@ impl Searcher {
                 best.stop = outcome.stop;
             }
         }
+        if success {
+            // The last start is the best one, and `state` still holds it.
+            return (best, restarts);
+        }
         state.coords.copy_from_slice(&self.best);
         let cost = state.evaluate(plan, problem);
-        if !success && best.stop != StopReason::TimeBudget {
+        best.is_evaluated = true;
+        if best.stop != StopReason::TimeBudget {
             // Starts were given up while others waited: the best of them is now followed to its end.
             bar.impatient = false;
             budget.next_start();
@@ -211,12 +217,15 @@ impl Searcher {
         plan: &Plan,
         problem: &Problem,
         state: &mut State,
-        outcome: &Outcome,
+        outcome: &mut Outcome,
     ) -> bool {
         match options.cost_below {
             Some(bar) => outcome.cost < bar,
             None => {
-                state.evaluate(plan, problem);
+                if !outcome.is_evaluated {
+                    state.evaluate(plan, problem);
+                    outcome.is_evaluated = true;
+                }
                 state.is_satisfied(plan, problem)
             }
         }
