@@ -1,5 +1,7 @@
 //! What a reader mended or left out, for the user to know.
 
+use ikiru_rig::humanoid::RoleProblem;
+
 use crate::gltf::DataProblem;
 
 /// Something in a file that was mended or left out. The rig that came of it is valid.
@@ -69,6 +71,8 @@ pub enum Warning {
     },
     /// A VRM 0.x file, of which only the glTF part is read: no humanoid bones, and it faces −z.
     OldVrm,
+    /// The file does not say which joints are humanoid bones, their names do, and something about them is odd.
+    Role(RoleProblem),
     /// The list of animations could not be read; the rig has no clips.
     Animations {
         /// JSON pointer to what is wrong.
@@ -169,6 +173,7 @@ impl std::fmt::Display for Warning {
             Self::OldVrm => f.write_str(
                 "a VRM 0.x file: its humanoid bones are not read, and it faces -z as the file has it",
             ),
+            Self::Role(problem) => write!(f, "humanoid roles by name: {problem}"),
             Self::Animations { place, problem } => {
                 write!(f, "the animations cannot be read, {place}: {problem}")
             }

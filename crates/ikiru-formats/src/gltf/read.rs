@@ -171,6 +171,7 @@ fn joints(
     Ok((builder, bindings))
 }
 
+/// Roles as the file tells them, or else the joints' names.
 fn add_roles(
     document: &Document<'_>,
     builder: &mut RigBuilder,
@@ -184,6 +185,12 @@ fn add_roles(
     let joints = builder.joints_mut();
     let name = |joint: usize| joints.get(joint).map_or_else(String::new, |j| j.name.clone());
     let roles = vrm::read::roles(document.extensions, joint, name, warnings);
+    if roles.is_empty() {
+        for problem in builder.assign_roles().problems {
+            warnings.push(|| Warning::Role(problem));
+        }
+        return;
+    }
     for (joint, role) in roles {
         if let Some(joint) = joints.get_mut(joint) {
             joint.role = Some(role);
