@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::DQuat;
 use ikiru_rig::{Clip, EulerOrder, JointId, Motion, Pose, Rig};
 
 use crate::error::{Error, ErrorKind, Place};
@@ -18,6 +19,7 @@ pub struct Loaded {
     pub clips: Vec<Clip>,
     /// What was mended or left out.
     pub warnings: Vec<Warning>,
+    pub(crate) world_from_file: DQuat,
     pub(crate) source: Option<Arc<Source>>,
 }
 
@@ -25,7 +27,15 @@ impl Loaded {
     /// A rig made by other means than reading; it has no [`source`](Self::source).
     #[must_use]
     pub fn from_rig(rig: Rig) -> Self {
-        Self { rig, clips: Vec::new(), warnings: Vec::new(), source: None }
+        Self { rig, clips: Vec::new(), warnings: Vec::new(), world_from_file: DQuat::IDENTITY, source: None }
+    }
+
+    /// The rotation from the file's own world to the rig's, in which a character faces +z: half a turn about y
+    /// for VRM 0.x, which faces −z; otherwise the identity. A mesh in the [`source`](Self::source) lies in the
+    /// file's world, and files are written in it.
+    #[must_use]
+    pub fn world_from_file(&self) -> DQuat {
+        self.world_from_file
     }
 
     /// The document that the rig was read from: what writing needs besides the rig.

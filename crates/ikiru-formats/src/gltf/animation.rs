@@ -217,7 +217,10 @@ impl<'b> Reader<'_, 'b> {
                 if let Some(at) = keys().find(|k| unit(values.get(*k)).is_none()) {
                     return Err((format!("/accessors/{}", sampler.output), DataProblem::Rotation { at }));
                 }
-                let motion_of = (data.rest_rotation.inverse(), binding.half_turn.quaternion());
+                let motion_of = (
+                    data.rest_rotation.inverse() * binding.before.quaternion(),
+                    binding.half_turn.quaternion(),
+                );
                 if matches!(data.motion, Motion::Ball { .. }) {
                     let (input, interpolation) = (sampler.input, sampler.interpolation);
                     return Ok(Some(Track { joint: id, input, interpolation, values, motion_of, key: 0 }));
@@ -232,7 +235,8 @@ impl<'b> Reader<'_, 'b> {
                 let rig = self.scene.rig;
                 let tolerance = 1e-6 * *self.size.get_or_insert_with(|| rig.size());
                 keys().any(|k| {
-                    let offset = DVec3::from_array(values.get(k)) * binding.scale_above;
+                    let offset =
+                        binding.before.quaternion() * DVec3::from_array(values.get(k)) * binding.scale_above;
                     // Also true of what is not a number.
                     !(offset - data.rest_translation).abs().cmple(DVec3::splat(tolerance)).all()
                 })

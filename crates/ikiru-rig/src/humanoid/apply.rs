@@ -32,7 +32,7 @@ impl RigBuilder {
     /// Replaces all roles by those that the joints' names tell (see [`assign`]). Of a skeleton that is no
     /// humanoid, no joint has a role then.
     pub fn assign_roles(&mut self) -> Assignment {
-        let assignment = of_joints(self.joints_mut());
+        let assignment = of_joints(self.joints());
         for joint in self.joints_mut() {
             joint.role = None;
         }
@@ -56,7 +56,7 @@ impl RigBuilder {
     ) -> Result<(), RoleMapError> {
         let mut chosen: Vec<(Role, usize)> = Vec::new();
         for (role, name) in roles {
-            let joints = self.joints_mut();
+            let joints = self.joints();
             let by_name = joints.iter().position(|j| j.name == name);
             let by_alias = || joints.iter().position(|j| j.aliases.iter().any(|alias| alias == name));
             let Some(joint) = by_name.or_else(by_alias) else {
