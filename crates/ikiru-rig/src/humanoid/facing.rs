@@ -1,13 +1,17 @@
 //! Left and right by position: which way a humanoid stands and faces at rest, and whether it is mirrored.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
 use glam::DVec3;
 
 use crate::humanoid::Role;
 use crate::humanoid::assign::{Found, RoleProblem};
 use crate::humanoid::tree::Tree;
+use crate::joint::JointId;
+use crate::rig::Rig;
 
 /// How far the heading or the vertical may be off, radians.
-const MOST_OFF: f64 = std::f64::consts::FRAC_PI_4;
+const MOST_OFF: f64 = FRAC_PI_4;
 
 /// Compares the sides that names tell with the rest pose. Exchanges left and right where the body is mirrored.
 pub(super) fn check(tree: Tree<'_>, found: &mut Found) -> Vec<RoleProblem> {
@@ -32,6 +36,17 @@ pub(super) fn check(tree: Tree<'_>, found: &mut Found) -> Vec<RoleProblem> {
         problems.push(RoleProblem::Facing { degrees: heading.to_degrees() });
     }
     problems
+}
+
+/// Which way a rig with roles faces: the angle about +y from +z, in whole quarter turns; 0 where nothing tells.
+pub(super) fn heading(rig: &Rig) -> f64 {
+    let mut found: Found = [None; Role::ALL.len()];
+    for role in Role::ALL {
+        found[role as usize] = rig.role(role).map(JointId::index);
+    }
+    let left = Body { tree: Tree(rig.joints()), found }.left();
+    let facing = left.map_or(DVec3::Z, |left| left.cross(DVec3::Y));
+    (facing.x.atan2(facing.z) / FRAC_PI_2).round() * FRAC_PI_2
 }
 
 struct Body<'j> {

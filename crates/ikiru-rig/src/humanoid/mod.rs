@@ -2,7 +2,8 @@
 //!
 //! A file may say which joint is which bone, as VRM does. For all others [`assign`] goes by the joints' names:
 //! a table of naming schemes (`schemes.txt`) and a few rules. [`RigBuilder::assign_roles`] writes that into a
-//! rig, [`RigBuilder::set_roles`] what a user knows better.
+//! rig, [`RigBuilder::set_roles`] what a user knows better. By roles, [`transfer`] takes a clip from one rig to
+//! another.
 //!
 //! [`RigBuilder::assign_roles`]: crate::RigBuilder::assign_roles
 //! [`RigBuilder::set_roles`]: crate::RigBuilder::set_roles
@@ -10,11 +11,15 @@
 mod apply;
 mod assign;
 mod facing;
+mod t_pose;
 mod table;
+mod transfer;
 mod tree;
 
 pub use apply::RoleMapError;
 pub use assign::{Assignment, RoleProblem, assign};
+pub use t_pose::{normalised, t_pose};
+pub use transfer::{Reference, TransferError, transfer};
 
 use crate::name::{UnknownName, unknown};
 
