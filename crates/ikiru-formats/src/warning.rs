@@ -181,7 +181,7 @@ impl std::fmt::Display for Warning {
             Self::ChannelsIgnored { clip, path, count, first } => write!(
                 f,
                 "animation '{clip}': {count} {path} channel{} ignored, the first of '{first}': \
-                 joints with a skin rotate, nothing else moves",
+                 joints with a skin and the body of a VRM animation move, nothing else does",
                 if *count == 1 { " was" } else { "s were" }
             ),
             Self::More { count } => write!(f, "{count} more warnings"),

@@ -56,7 +56,8 @@ fn samples() -> Vec<Vec<u8>> {
     let mut old = leg();
     let bones = json!([{ "bone": "hips", "node": 0 }, { "bone": "leftThumbProximal", "node": -1 }]);
     old["extensions"] = json!({ "VRM": { "humanoid": { "humanBones": bones } } });
-    vec![glb(&leg(), None), glb(&old, None), animated, write_animated_glb(&reference, &clip).unwrap()]
+    let vrma = ikiru_formats::write_vrma(&clip).unwrap();
+    vec![glb(&leg(), None), glb(&old, None), animated, write_animated_glb(&reference, &clip).unwrap(), vrma]
 }
 
 /// Reads, and writes what could be read.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder};
+use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder, Role};
 
 use crate::error::{Error, ErrorKind, Fault, Place};
 use crate::gltf::animation::{self, Scene};
@@ -26,10 +26,16 @@ pub(crate) fn read(
     folder: Option<&Path>,
     name: &str,
 ) -> Result<Loaded, Error> {
-    load(file, in_container, folder, name).map_err(|fault| fault.in_file(name))
+    load(file, in_container, folder, name).map(|(loaded, _)| loaded).map_err(|fault| fault.in_file(name))
 }
 
-fn load(file: Vec<u8>, in_container: bool, folder: Option<&Path>, name: &str) -> Result<Loaded, Fault> {
+/// The same, and which extension tells its humanoid bones.
+pub(crate) fn load(
+    file: Vec<u8>,
+    in_container: bool,
+    folder: Option<&Path>,
+    name: &str,
+) -> Result<(Loaded, Version), Fault> {
     let mut warnings = Warnings::default();
     let parts = if in_container {
         container::split(&file)?
@@ -86,13 +92,14 @@ fn load(file: Vec<u8>, in_container: bool, folder: Option<&Path>, name: &str) ->
         buffers,
         bindings,
     };
-    Ok(Loaded {
+    let loaded = Loaded {
         rig,
         clips,
         warnings: warnings.into_vec(),
         world_from_file: before.quaternion(),
         source: Some(Arc::new(source)),
-    })
+    };
+    Ok((loaded, humanoid.version))
 }
 
 fn check_version(document: &Document<'_>, warnings: &mut Warnings) -> Result<(), Fault> {
@@ -211,6 +218,10 @@ fn add_roles(humanoid: &Humanoid, builder: &mut RigBuilder, warnings: &mut Warni
     for (joint, role) in &humanoid.roles {
         if let Some(joint) = builder.joints_mut().get_mut(*joint) {
             joint.role = Some(*role);
+            if humanoid.version == Version::Animation {
+                // Its nodes have no skin that would tell what moves.
+                joint.motion = if *role == Role::Hips { Motion::FREE } else { Motion::BALL };
+            }
         }
     }
 }

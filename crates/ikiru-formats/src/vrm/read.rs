@@ -1,4 +1,4 @@
-//! The humanoid bones of a VRM file, of version 1.0 or 0.x, as roles of joints.
+//! The humanoid bones of a VRM file (1.0, 0.x, or an animation) as roles of joints.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -27,6 +27,8 @@ pub(crate) enum Version {
     Old,
     /// `VRMC_vrm`: VRM 1.0.
     One,
+    /// `VRMC_vrm_animation`: the skeleton of a motion, in T-pose.
+    Animation,
 }
 
 #[derive(Default, Deserialize)]
@@ -36,6 +38,8 @@ struct Extensions<'a> {
     vrm: Option<&'a RawValue>,
     #[serde(borrow, rename = "VRM")]
     old_vrm: Option<&'a RawValue>,
+    #[serde(borrow, rename = "VRMC_vrm_animation")]
+    animation: Option<&'a RawValue>,
 }
 
 /// Either extension, by the shape of its bones.
@@ -186,6 +190,10 @@ fn bones(extensions: Option<&RawValue>, warnings: &mut Warnings) -> (Version, Ve
         Extensions { old_vrm: Some(vrm), .. } => {
             let read = parse_part::<Vrm<Listed>>(vrm.get(), "/extensions/VRM");
             (Version::Old, or_warning(read.map(|vrm| vrm.humanoid.human_bones.0)))
+        }
+        Extensions { animation: Some(animation), .. } => {
+            let read = parse_part::<Vrm<Named>>(animation.get(), "/extensions/VRMC_vrm_animation");
+            (Version::Animation, or_warning(read.map(|vrm| vrm.humanoid.human_bones.0)))
         }
         _ => (Version::None, Vec::new()),
     }

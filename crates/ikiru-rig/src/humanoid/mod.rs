@@ -5,6 +5,26 @@
 //! rig, [`RigBuilder::set_roles`] what a user knows better. By roles, [`transfer`] takes a clip from one rig to
 //! another.
 //!
+//! ```
+//! use ikiru_rig::{Joint, RigBuilder, Role, humanoid};
+//!
+//! let mut builder = RigBuilder::new();
+//! let mut parent = builder.add(Joint::new("mixamorig:Hips", None));
+//! # let hips = parent;
+//! for name in ["Spine", "LeftShoulder", "LeftArm", "LeftForeArm", "LeftHand"] {
+//!     parent = builder.add(Joint::new(format!("mixamorig:{name}"), Some(parent)));
+//! }
+//! # for name in ["LeftUpLeg", "LeftLeg", "LeftFoot"] {
+//! #     builder.add(Joint::new(format!("mixamorig:{name}"), Some(hips)));
+//! # }
+//! // … and legs
+//! assert_eq!(builder.assign_roles().scheme, Some("mixamo"));
+//! builder.set_roles([(Role::LeftShoulder, "mixamorig:LeftShoulder")])?;
+//! let rig = builder.build()?;
+//! assert_eq!(rig.joint("leftUpperArm")?, rig.joint("mixamorig:LeftArm")?);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! [`RigBuilder::assign_roles`]: crate::RigBuilder::assign_roles
 //! [`RigBuilder::set_roles`]: crate::RigBuilder::set_roles
 
