@@ -1,6 +1,7 @@
 //! What can be wrong with a file: its name, the place, what was found and what was expected.
 
 use ikiru_rig::RigError;
+use ikiru_rig::humanoid::TransferError;
 
 /// Why a file could not be read or written.
 ///
@@ -49,7 +50,7 @@ pub enum ErrorKind {
         source: std::io::Error,
     },
     /// The file's name does not end in a format that can be read.
-    #[error("the ending '{found}' is not one that can be read: expected .glb, .gltf or .vrm")]
+    #[error("the ending '{found}' is not one that can be read: expected .glb, .gltf, .vrm or .vrma")]
     Ending {
         /// The ending.
         found: String,
@@ -210,6 +211,18 @@ pub enum ErrorKind {
         "a rig without a source file cannot be written as .glb: expected one that was read from a glTF file"
     )]
     NoSource,
+    /// A file that should be a VRM animation and is not.
+    #[error("not a VRM animation: the document has no extension VRMC_vrm_animation")]
+    NotVrma,
+    /// A clip whose rig lacks humanoid bones that a VRM animation must have.
+    #[error("a VRM animation needs joints with the humanoid roles {missing}, which the clip's rig lacks")]
+    RolesMissing {
+        /// The roles, with commas.
+        missing: String,
+    },
+    /// A clip that cannot be put on the skeleton of the file.
+    #[error(transparent)]
+    Transfer(#[from] TransferError),
     /// A pose or rig with other joints than the file's.
     #[error("{what} does not fit the file: {difference}")]
     OtherRig {

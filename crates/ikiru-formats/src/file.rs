@@ -9,7 +9,7 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::gltf;
 use crate::loaded::Loaded;
 
-/// Reads a file, by its ending: `.glb`, `.gltf` or `.vrm`. The names of built-in rigs, such as
+/// Reads a file, by its ending: `.glb`, `.gltf`, `.vrm` or `.vrma`. The names of built-in rigs, such as
 /// `builtin:human`, are understood as well.
 ///
 /// # Errors
@@ -22,7 +22,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
     let name = path.display().to_string();
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let in_container = match ending.as_str() {
-        "glb" | "vrm" => true,
+        "glb" | "vrm" | "vrma" => true,
         "gltf" => false,
         _ => {
             let found = if ending.is_empty() { String::new() } else { format!(".{ending}") };

@@ -1,9 +1,9 @@
 //! Readers and writers of the Ikiru inverse-kinematics library: glTF, poses as JSON, built-in rigs.
 //!
-//! [`read`] takes a `.glb`, `.gltf` or `.vrm` file, or the name of a rig that comes with the library, and
+//! [`read`] takes a `.glb`, `.gltf`, `.vrm` or `.vrma` file, or the name of a rig that comes with the library, and
 //! gives a valid rig, its clips, and typed [`Warning`]s about what was mended. [`write_posed_glb`] and
 //! [`write_animated_glb`] give the same file back, mesh, skin and materials included, in a pose or with a
-//! motion.
+//! motion. [`read_vrma`] and [`write_vrma`] are for motions that fit every avatar.
 //!
 //! ```
 //! use ikiru_rig::Role;
@@ -41,4 +41,5 @@ pub use gltf::write::write_posed_glb;
 pub use gltf::write_animation::write_animated_glb;
 pub use json::pose_json;
 pub use loaded::Loaded;
+pub use vrm::animation::{read_vrma, write_vrma};
 pub use warning::{BoneProblem, Warning};

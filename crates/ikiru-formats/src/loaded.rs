@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use ikiru_rig::{Clip, EulerOrder, JointId, Motion, Pose, Rig};
+use glam::DQuat;
+use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
@@ -18,6 +19,7 @@ pub struct Loaded {
     pub clips: Vec<Clip>,
     /// What was mended or left out.
     pub warnings: Vec<Warning>,
+    pub(crate) world_from_file: DQuat,
     pub(crate) source: Option<Arc<Source>>,
 }
 
@@ -25,7 +27,15 @@ impl Loaded {
     /// A rig made by other means than reading; it has no [`source`](Self::source).
     #[must_use]
     pub fn from_rig(rig: Rig) -> Self {
-        Self { rig, clips: Vec::new(), warnings: Vec::new(), source: None }
+        Self { rig, clips: Vec::new(), warnings: Vec::new(), world_from_file: DQuat::IDENTITY, source: None }
+    }
+
+    /// The rotation from the file's own world to the rig's, in which a character faces +z: half a turn about y
+    /// for VRM 0.x, which faces −z; otherwise the identity. A mesh in the [`source`](Self::source) lies in the
+    /// file's world, and files are written in it.
+    #[must_use]
+    pub fn world_from_file(&self) -> DQuat {
+        self.world_from_file
     }
 
     /// The document that the rig was read from: what writing needs besides the rig.
@@ -104,31 +114,10 @@ fn take_motion(pose: &mut Pose, from: &Pose, id: JointId, to: &Motion, before: O
         Motion::Ball { .. } | Motion::Free { .. } => pose.set_rotation(id, rotation).ok(),
         Motion::Euler { order, .. } => {
             let previous = before.and_then(|b| b.euler(id)).unwrap_or_default();
-            pose.set_euler(id, nearest_angles(*order, order.angles(rotation), previous)).ok()
+            pose.set_euler(id, order.angles_near(rotation, previous)).ok()
         }
         Motion::Fixed | Motion::Hinge { .. } | Motion::Slider { .. } => {
             (rotation.w.abs() > 1.0 - 1e-12).then_some(())
         }
     }
-}
-
-/// Of the angles that give the same rotation, those nearest to the pose before: what lies between two poses
-/// then goes the short way.
-fn nearest_angles(order: EulerOrder, angles: [f64; 3], previous: [f64; 3]) -> [f64; 3] {
-    use std::f64::consts::{PI, TAU};
-    let [_, middle, _] = order.axes();
-    let mut flipped = angles;
-    for (axis, angle) in flipped.iter_mut().enumerate() {
-        *angle = if axis == middle { PI - *angle } else { *angle + PI };
-    }
-    let near = |mut angles: [f64; 3]| {
-        let mut distance = 0.0;
-        for (angle, previous) in angles.iter_mut().zip(previous) {
-            *angle -= TAU * ((*angle - previous) / TAU).round();
-            distance += (*angle - previous).powi(2);
-        }
-        (distance, angles)
-    };
-    let (a, b) = (near(angles), near(flipped));
-    if a.0 <= b.0 { a.1 } else { b.1 }
 }

@@ -1,5 +1,7 @@
 //! What a reader mended or left out, for the user to know.
 
+use ikiru_rig::humanoid::RoleProblem;
+
 use crate::gltf::DataProblem;
 
 /// Something in a file that was mended or left out. The rig that came of it is valid.
@@ -67,8 +69,8 @@ pub enum Warning {
         /// What was found and expected.
         reason: String,
     },
-    /// A VRM 0.x file, of which only the glTF part is read: no humanoid bones, and it faces −z.
-    OldVrm,
+    /// The file does not say which joints are humanoid bones, their names do, and something about them is odd.
+    Role(RoleProblem),
     /// The list of animations could not be read; the rig has no clips.
     Animations {
         /// JSON pointer to what is wrong.
@@ -114,7 +116,7 @@ pub enum Warning {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BoneProblem {
-    /// VRM 1.0 has no bone of that name.
+    /// VRM has no bone of that name.
     UnknownBone,
     /// The node does not exist.
     NoNode(u64),
@@ -166,9 +168,7 @@ impl std::fmt::Display for Warning {
             Self::HumanoidMap { reason } => {
                 write!(f, "the humanoid bones of the VRM file cannot be read: {reason}")
             }
-            Self::OldVrm => f.write_str(
-                "a VRM 0.x file: its humanoid bones are not read, and it faces -z as the file has it",
-            ),
+            Self::Role(problem) => write!(f, "humanoid roles by name: {problem}"),
             Self::Animations { place, problem } => {
                 write!(f, "the animations cannot be read, {place}: {problem}")
             }
@@ -181,7 +181,7 @@ impl std::fmt::Display for Warning {
             Self::ChannelsIgnored { clip, path, count, first } => write!(
                 f,
                 "animation '{clip}': {count} {path} channel{} ignored, the first of '{first}': \
-                 joints with a skin rotate, nothing else moves",
+                 joints with a skin and the body of a VRM animation move, nothing else does",
                 if *count == 1 { " was" } else { "s were" }
             ),
             Self::More { count } => write!(f, "{count} more warnings"),
@@ -192,7 +192,7 @@ impl std::fmt::Display for Warning {
 impl std::fmt::Display for BoneProblem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::UnknownBone => f.write_str("VRM 1.0 has no bone of that name"),
+            Self::UnknownBone => f.write_str("VRM has no bone of that name"),
             Self::NoNode(node) => write!(f, "node {node} does not exist"),
             Self::NotInScene(node) => write!(f, "node {node} is not in the default scene"),
             Self::Taken { joint, bone } => write!(f, "joint '{joint}' is the bone '{bone}' already"),

@@ -53,7 +53,11 @@ fn samples() -> Vec<Vec<u8>> {
     let animated = glb(&animated, Some(&bin));
     let loaded = read_glb(&animated, "sample.glb").unwrap();
     assert_eq!(loaded.clips.len(), 1, "{:?}", loaded.warnings);
-    vec![glb(&leg(), None), animated, write_animated_glb(&reference, &clip).unwrap()]
+    let mut old = leg();
+    let bones = json!([{ "bone": "hips", "node": 0 }, { "bone": "leftThumbProximal", "node": -1 }]);
+    old["extensions"] = json!({ "VRM": { "humanoid": { "humanBones": bones } } });
+    let vrma = ikiru_formats::write_vrma(&clip).unwrap();
+    vec![glb(&leg(), None), glb(&old, None), animated, write_animated_glb(&reference, &clip).unwrap(), vrma]
 }
 
 /// Reads, and writes what could be read.

@@ -5,7 +5,7 @@ mod common;
 
 use common::*;
 use glam::{DQuat, DVec3};
-use ikiru_formats::{Loaded, read, read_glb, read_gltf, write_posed_glb};
+use ikiru_formats::{Loaded, Warning, read, read_glb, read_gltf, write_posed_glb};
 use ikiru_rig::{EulerOrder, Joint, Motion, Range, RigBuilder};
 use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::{Value, json};
@@ -28,7 +28,8 @@ fn random_poses_come_back_and_all_else_is_as_it_was() {
             let pose = random_pose(&loaded.rig, &mut random);
             let written = write_posed_glb(&loaded, &pose).unwrap();
             let again = read_glb(&written, name).unwrap();
-            assert_eq!(again.warnings, []);
+            // A body whose rest is a random pose may lie on its back.
+            assert!(again.warnings.iter().all(|w| matches!(w, Warning::Role(_))), "{:?}", again.warnings);
             assert_same_frames(name, &loaded.rig, &pose.frames(), &again.rig.rest_pose().frames());
 
             let (mut after, bin_after) = open(&written);

@@ -89,6 +89,29 @@ impl EulerOrder {
         }
         angles
     }
+
+    /// Of the angles that give a rotation those nearest to `previous`, whole turns included: what lies between
+    /// two keys then goes the short way.
+    #[must_use]
+    pub fn angles_near(self, q: DQuat, previous: [f64; 3]) -> [f64; 3] {
+        use std::f64::consts::{PI, TAU};
+        let angles = self.angles(q);
+        let [_, middle, _] = self.axes();
+        let mut flipped = angles;
+        for (axis, angle) in flipped.iter_mut().enumerate() {
+            *angle = if axis == middle { PI - *angle } else { *angle + PI };
+        }
+        let near = |mut angles: [f64; 3]| {
+            let mut distance = 0.0;
+            for (angle, previous) in angles.iter_mut().zip(previous) {
+                *angle -= TAU * ((*angle - previous) / TAU).round();
+                distance += (*angle - previous).powi(2);
+            }
+            (distance, angles)
+        };
+        let (a, b) = (near(angles), near(flipped));
+        if a.0 <= b.0 { a.1 } else { b.1 }
+    }
 }
 
 /// How a joint moves on top of its rest transform, with the limits of that motion.
@@ -271,6 +294,20 @@ mod tests {
                 let b = order.angles(q);
                 prop_assert!(order.quaternion(b).dot(q).abs() > 1.0 - 1e-12);
                 prop_assert!(b[order.axes()[1]].abs() <= std::f64::consts::FRAC_PI_2 + 1e-12);
+            }
+        }
+
+        #[test]
+        fn the_angles_nearest_to_others_give_the_same_rotation(
+            a in prop::array::uniform3(-4.0..4.0f64),
+            d in prop::array::uniform3(-0.2..0.2f64),
+        ) {
+            for order in EulerOrder::ALL {
+                let b = order.angles_near(order.quaternion(a), std::array::from_fn(|i| a[i] + d[i]));
+                prop_assert!(order.quaternion(b).dot(order.quaternion(a)).abs() > 1.0 - 1e-12);
+                // They are at most as far as the angles that the rotation was made of.
+                let far = |v: [f64; 3]| (0..3).map(|i| (v[i] - a[i] - d[i]).powi(2)).sum::<f64>();
+                prop_assert!(far(b) <= far(a) + 1e-9);
             }
         }
 

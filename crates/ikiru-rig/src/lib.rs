@@ -32,7 +32,6 @@
 mod clip;
 mod dual;
 mod frame;
-mod humanoid;
 mod joint;
 mod limit;
 mod name;
@@ -41,6 +40,7 @@ mod rig;
 mod scalar;
 mod trig;
 
+pub mod humanoid;
 pub mod kinematics;
 
 pub use clip::{Clip, ClipError};

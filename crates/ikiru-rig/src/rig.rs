@@ -296,6 +296,12 @@ impl RigBuilder {
         JointId::from_index(self.joints.len() - 1)
     }
 
+    /// The joints so far.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
     /// The joints so far, to change them.
     pub fn joints_mut(&mut self) -> &mut [Joint] {
         &mut self.joints

@@ -1,4 +1,4 @@
-//! Animations as clips: all rotation channels of one animation, sampled at the union of their key times.
+//! Animations as clips: all channels of one animation that move joints, sampled at the union of their key times.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -12,7 +12,7 @@ use crate::gltf::accessor::{At, Data, Kind};
 use crate::gltf::document::{Capped, Document, parse_part};
 use crate::gltf::problem::DataProblem;
 use crate::gltf::source::Binding;
-use crate::gltf::track::{Budget, Interpolation, Track, sample, union};
+use crate::gltf::track::{Budget, Interpolation, MotionOf, Track, sample, union};
 use crate::gltf::transform::{UNIFORM, unit};
 use crate::gltf::tree::NONE;
 use crate::warning::{Warning, Warnings, short};
@@ -167,7 +167,7 @@ struct Reader<'r, 'b> {
 }
 
 impl<'b> Reader<'_, 'b> {
-    /// The track of a channel, if it turns a joint that can turn.
+    /// The track of a channel, if it turns a joint that can turn or moves one that can move.
     fn track(&mut self, at: usize, channel: &ChannelEntry<'_>, budget: &mut Budget) -> At<Option<Track<'b>>> {
         let place = || format!("{}/channels/{at}", self.at);
         // Without a node, an extension says what moves: nothing of a rig.
@@ -211,28 +211,43 @@ impl<'b> Reader<'_, 'b> {
         else {
             return Ok(None);
         };
+        let (input, interpolation) = (sampler.input, sampler.interpolation);
+        let track =
+            |values, motion_of| Some(Track { joint: id, input, interpolation, values, motion_of, key: 0 });
         let keys = || (0..n_times).map(|k| if per_key == 3 { 3 * k + 1 } else { k });
         let changes = match &*channel.target.path {
             "rotation" => {
                 if let Some(at) = keys().find(|k| unit(values.get(*k)).is_none()) {
                     return Err((format!("/accessors/{}", sampler.output), DataProblem::Rotation { at }));
                 }
-                let motion_of = (data.rest_rotation.inverse(), binding.half_turn.quaternion());
-                if matches!(data.motion, Motion::Ball { .. }) {
-                    let (input, interpolation) = (sampler.input, sampler.interpolation);
-                    return Ok(Some(Track { joint: id, input, interpolation, values, motion_of, key: 0 }));
+                let left = data.rest_rotation.inverse() * binding.before.quaternion();
+                let right = binding.half_turn.quaternion();
+                if matches!(data.motion, Motion::Ball { .. } | Motion::Free { .. }) {
+                    return Ok(track(values, MotionOf::Rotation(left, right)));
                 }
                 keys().any(|k| {
                     let q = unit(values.get(k)).unwrap_or_default();
-                    let w = (motion_of.0 * q * motion_of.1).w.abs();
-                    w < 1.0 - 1e-10
+                    (left * q * right).w.abs() < 1.0 - 1e-10
                 })
+            }
+            "translation" if matches!(data.motion, Motion::Free { .. }) => {
+                if let Some(at) = keys().find(|k| !DVec3::from_array(values.get(*k)).is_finite()) {
+                    return Err((format!("/accessors/{}", sampler.output), DataProblem::Translation { at }));
+                }
+                let from_parent = data.rest_rotation.inverse();
+                let motion_of = MotionOf::Translation(
+                    binding.scale_above,
+                    from_parent * binding.before.quaternion(),
+                    -(from_parent * data.rest_translation),
+                );
+                return Ok(track(values, motion_of));
             }
             "translation" => {
                 let rig = self.scene.rig;
                 let tolerance = 1e-6 * *self.size.get_or_insert_with(|| rig.size());
                 keys().any(|k| {
-                    let offset = DVec3::from_array(values.get(k)) * binding.scale_above;
+                    let offset =
+                        binding.before.quaternion() * DVec3::from_array(values.get(k)) * binding.scale_above;
                     // Also true of what is not a number.
                     !(offset - data.rest_translation).abs().cmple(DVec3::splat(tolerance)).all()
                 })

@@ -7,7 +7,7 @@
 mod accessor;
 mod animation;
 mod buffer;
-mod container;
+pub(crate) mod container;
 pub(crate) mod document;
 mod names;
 mod patch;

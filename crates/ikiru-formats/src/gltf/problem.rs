@@ -59,6 +59,11 @@ pub enum DataProblem {
         /// Its position.
         at: usize,
     },
+    /// A translation that is not finite.
+    Translation {
+        /// Its position.
+        at: usize,
+    },
     /// Two channels for the same thing.
     Repeated,
     /// No channel moves a joint.
@@ -91,6 +96,7 @@ impl std::fmt::Display for DataProblem {
                 write!(f, "time {at} must be finite and later than the one before it, not {secs} s")
             }
             Self::Rotation { at } => write!(f, "rotation {at} is not finite or has the length 0"),
+            Self::Translation { at } => write!(f, "translation {at} is not finite"),
             Self::Repeated => f.write_str("an earlier channel has the same target"),
             Self::Still => f.write_str("no channel moves a joint of the rig"),
             Self::Size { poses } => {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder};
+use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder, Role};
 
 use crate::error::{Error, ErrorKind, Fault, Place};
 use crate::gltf::animation::{self, Scene};
@@ -12,10 +12,11 @@ use crate::gltf::container::{self, Parts};
 use crate::gltf::document::{Document, Node, Skin};
 use crate::gltf::names::new_names;
 use crate::gltf::source::{Binding, Source};
-use crate::gltf::transform::{baked, local, scale_below};
+use crate::gltf::transform::{HalfTurn, baked, local, scale_below};
 use crate::gltf::tree::{NONE, Tree, out_of_range};
 use crate::loaded::Loaded;
 use crate::vrm;
+use crate::vrm::read::{Humanoid, Version};
 use crate::warning::{Warning, Warnings};
 
 /// Reads a document, in a container or as text. Files that it refers to are looked for in `folder`.
@@ -25,10 +26,16 @@ pub(crate) fn read(
     folder: Option<&Path>,
     name: &str,
 ) -> Result<Loaded, Error> {
-    load(file, in_container, folder, name).map_err(|fault| fault.in_file(name))
+    load(file, in_container, folder, name).map(|(loaded, _)| loaded).map_err(|fault| fault.in_file(name))
 }
 
-fn load(file: Vec<u8>, in_container: bool, folder: Option<&Path>, name: &str) -> Result<Loaded, Fault> {
+/// The same, and which extension tells its humanoid bones.
+pub(crate) fn load(
+    file: Vec<u8>,
+    in_container: bool,
+    folder: Option<&Path>,
+    name: &str,
+) -> Result<(Loaded, Version), Fault> {
     let mut warnings = Warnings::default();
     let parts = if in_container {
         container::split(&file)?
@@ -51,9 +58,16 @@ fn load(file: Vec<u8>, in_container: bool, folder: Option<&Path>, name: &str) ->
     // Taken out, so that their memory is free before the rig is built.
     let nodes = std::mem::take(&mut document.nodes.0);
     let joint_of_node = joint_of_node(&tree, nodes.len());
-    let (mut builder, bindings) = joints(nodes, &tree, &skinned, &joint_of_node, &mut warnings)?;
+    let (mut builder, mut bindings) = joints(nodes, &tree, &skinned, &joint_of_node, &mut warnings)?;
     drop((tree, skinned));
-    add_roles(&document, &mut builder, &joint_of_node, &mut warnings);
+    let humanoid = humanoid(&document, &builder, &joint_of_node, &mut warnings);
+    let before = match humanoid.version {
+        // Its characters face −z.
+        Version::Old => HalfTurn::Y,
+        _ => HalfTurn::None,
+    };
+    turn(&mut builder, &mut bindings, before);
+    add_roles(&humanoid, &mut builder, &mut warnings);
     let rig = builder.build().map_err(ErrorKind::from)?;
 
     let buffers = buffer::resolve(&document.buffers, parts.bin.clone(), folder)?;
@@ -78,7 +92,14 @@ fn load(file: Vec<u8>, in_container: bool, folder: Option<&Path>, name: &str) ->
         buffers,
         bindings,
     };
-    Ok(Loaded { rig, clips, warnings: warnings.into_vec(), source: Some(Arc::new(source)) })
+    let loaded = Loaded {
+        rig,
+        clips,
+        warnings: warnings.into_vec(),
+        world_from_file: before.quaternion(),
+        source: Some(Arc::new(source)),
+    };
+    Ok((loaded, humanoid.version))
 }
 
 fn check_version(document: &Document<'_>, warnings: &mut Warnings) -> Result<(), Fault> {
@@ -163,6 +184,7 @@ fn joints(
         builder.add(joint);
         bindings.push(Binding {
             node: *idx,
+            before: HalfTurn::None,
             half_turn: local.half_turn,
             scale_above: above,
             scale: local.scale,
@@ -171,23 +193,49 @@ fn joints(
     Ok((builder, bindings))
 }
 
-fn add_roles(
+/// What the file tells of a humanoid.
+fn humanoid(
     document: &Document<'_>,
-    builder: &mut RigBuilder,
+    builder: &RigBuilder,
     joint_of_node: &[u32],
     warnings: &mut Warnings,
-) {
+) -> Humanoid {
     let joint = |node: u64| {
         let joint = usize::try_from(node).ok().and_then(|node| joint_of_node.get(node));
         joint.map(|joint| (*joint != NONE).then_some(*joint as usize))
     };
-    let joints = builder.joints_mut();
-    let name = |joint: usize| joints.get(joint).map_or_else(String::new, |j| j.name.clone());
-    let roles = vrm::read::roles(document.extensions, joint, name, warnings);
-    for (joint, role) in roles {
-        if let Some(joint) = joints.get_mut(joint) {
-            joint.role = Some(role);
+    let name = |joint: usize| builder.joints().get(joint).map_or_else(String::new, |j| j.name.clone());
+    vrm::read::humanoid(document.extensions, joint, name, warnings)
+}
+
+/// Roles as the file tells them, or else the joints' names.
+fn add_roles(humanoid: &Humanoid, builder: &mut RigBuilder, warnings: &mut Warnings) {
+    if humanoid.roles.is_empty() {
+        for problem in builder.assign_roles().problems {
+            warnings.push(|| Warning::Role(problem));
         }
+    }
+    for (joint, role) in &humanoid.roles {
+        if let Some(joint) = builder.joints_mut().get_mut(*joint) {
+            joint.role = Some(*role);
+            if humanoid.version == Version::Animation {
+                // Its nodes have no skin that would tell what moves.
+                joint.motion = if *role == Role::Hips { Motion::FREE } else { Motion::BALL };
+            }
+        }
+    }
+}
+
+/// Turns the whole file about its origin.
+fn turn(builder: &mut RigBuilder, bindings: &mut [Binding], turn: HalfTurn) {
+    if turn == HalfTurn::None {
+        return;
+    }
+    let roots = builder.joints_mut().iter_mut().zip(bindings).filter(|(joint, _)| joint.parent.is_none());
+    for (joint, binding) in roots {
+        joint.rest_rotation = turn.quaternion() * joint.rest_rotation;
+        joint.rest_translation = turn.quaternion() * joint.rest_translation;
+        binding.before = turn;
     }
 }
 

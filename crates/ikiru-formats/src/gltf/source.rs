@@ -10,6 +10,8 @@ use crate::gltf::transform::HalfTurn;
 pub(crate) struct Binding {
     /// The node's position in the document.
     pub(crate) node: u32,
+    /// What precedes the transform of a root's node: the turn of the file's world into ours.
+    pub(crate) before: HalfTurn,
     /// What follows the node's rotation to give the joint's.
     pub(crate) half_turn: HalfTurn,
     /// Product of the scales of all nodes above: metres per unit of the node's translation.

@@ -1,8 +1,8 @@
-//! Rotation channels over time: at which times poses are needed, and what they are.
+//! Rotation and translation channels over time: at which times poses are needed, and what they are.
 
 use std::collections::{HashMap, HashSet};
 
-use glam::DQuat;
+use glam::{DQuat, DVec3};
 use ikiru_rig::{Clip, JointId, Pose, Rig};
 use serde::Deserialize;
 
@@ -51,17 +51,25 @@ impl Budget {
     }
 }
 
-/// A rotation channel of a joint that turns.
+/// A channel of a joint that moves so.
 pub(crate) struct Track<'b> {
     pub(crate) joint: JointId,
     /// The accessor of its times.
     pub(crate) input: u32,
     pub(crate) interpolation: Interpolation,
     pub(crate) values: Values<'b>,
-    /// What the node's rotation is multiplied with: from the left and from the right.
-    pub(crate) motion_of: (DQuat, DQuat),
+    pub(crate) motion_of: MotionOf,
     /// The key before the time that is sampled.
     pub(crate) key: usize,
+}
+
+/// How a joint's motion follows from its node's transform.
+#[derive(Clone, Copy)]
+pub(crate) enum MotionOf {
+    /// Of the node's rotation: what it is multiplied with from the left and from the right.
+    Rotation(DQuat, DQuat),
+    /// Of the node's translation: factor, then turn, then what is added.
+    Translation(f64, DQuat, DVec3),
 }
 
 /// All times at which a pose is needed.
@@ -120,8 +128,16 @@ pub(crate) fn sample(
         let mut pose = rest.clone();
         for track in &mut *tracks {
             let Some(keys) = times.get(&track.input) else { continue };
-            let rotation = track.motion_of.0 * track.rotation(keys, *secs) * track.motion_of.1;
-            pose.set_rotation(track.joint, rotation).map_err(|error| error.to_string())?;
+            match track.motion_of {
+                MotionOf::Rotation(left, right) => {
+                    pose.set_rotation(track.joint, left * track.rotation(keys, *secs) * right)
+                }
+                MotionOf::Translation(scale, turn, add) => {
+                    let translation = track.translation(keys, *secs);
+                    pose.set_translation(track.joint, turn * (translation * scale) + add)
+                }
+            }
+            .map_err(|error| error.to_string())?;
         }
         poses.push(pose);
     }
@@ -135,6 +151,27 @@ impl Track<'_> {
 
     /// The node's rotation at a time. Times come in increasing order.
     fn rotation(&mut self, keys: &[f64], secs: f64) -> DQuat {
+        match self.span(keys, secs) {
+            Span::Key(element) => self.quaternion(element),
+            Span::Linear(from, to, t) => self.quaternion(from).slerp(self.quaternion(to), t).normalize(),
+            Span::Spline(from, span, t) => {
+                unit(self.spline(from, span, t)).unwrap_or_else(|| self.quaternion(from))
+            }
+        }
+    }
+
+    /// The node's translation at a time, in its own unit. Times come in increasing order.
+    fn translation(&mut self, keys: &[f64], secs: f64) -> DVec3 {
+        let values = self.values;
+        let vector = |element: usize| DVec3::from_array(values.get(element));
+        match self.span(keys, secs) {
+            Span::Key(element) => vector(element),
+            Span::Linear(from, to, t) => vector(from).lerp(vector(to), t),
+            Span::Spline(from, span, t) => DVec3::from_array(self.spline(from, span, t)),
+        }
+    }
+
+    fn span(&mut self, keys: &[f64], secs: f64) -> Span {
         while keys.get(self.key + 1).is_some_and(|next| *next <= secs) {
             self.key += 1;
         }
@@ -142,28 +179,34 @@ impl Track<'_> {
         let cubic = self.interpolation == Interpolation::CubicSpline;
         let at = |key: usize| if cubic { 3 * key + 1 } else { key };
         let (Some(from), Some(to)) = (keys.get(key), keys.get(key + 1)) else {
-            return self.quaternion(at(key));
+            return Span::Key(at(key));
         };
         if secs <= *from || self.interpolation == Interpolation::Step {
-            return self.quaternion(at(key));
+            return Span::Key(at(key));
         }
-        let span = to - from;
-        let t = (secs - from) / span;
-        if !cubic {
-            return self.quaternion(at(key)).slerp(self.quaternion(at(key + 1)), t).normalize();
-        }
-        // glTF's cubic Hermite spline: value and out-tangent here, in-tangent and value there.
-        let number = |element: usize| -> [f64; 4] { self.values.get(element) };
-        let (v0, b0, a1, v1) =
-            (number(3 * key + 1), number(3 * key + 2), number(3 * key + 3), number(3 * key + 4));
+        let t = (secs - from) / (to - from);
+        if cubic { Span::Spline(at(key), to - from, t) } else { Span::Linear(at(key), at(key + 1), t) }
+    }
+
+    /// glTF's cubic Hermite spline: value and out-tangent here, in-tangent and value there.
+    fn spline<const N: usize>(&self, from: usize, span: f64, t: f64) -> [f64; N] {
+        let number = |element: usize| -> [f64; N] { self.values.get(element) };
+        let (v0, b0, a1, v1) = (number(from), number(from + 1), number(from + 2), number(from + 3));
         let (t2, t3) = (t * t, t * t * t);
-        let mut q = [0.0; 4];
-        for c in 0..4 {
-            q[c] = (2.0 * t3 - 3.0 * t2 + 1.0) * v0[c]
+        std::array::from_fn(|c| {
+            (2.0 * t3 - 3.0 * t2 + 1.0) * v0[c]
                 + span * (t3 - 2.0 * t2 + t) * b0[c]
                 + (3.0 * t2 - 2.0 * t3) * v1[c]
-                + span * (t3 - t2) * a1[c];
-        }
-        unit(q).unwrap_or_else(|| self.quaternion(at(key)))
+                + span * (t3 - t2) * a1[c]
+        })
     }
+}
+
+/// What a value at a time comes from: elements of the accessor.
+enum Span {
+    Key(usize),
+    /// From, to, and how far between them.
+    Linear(usize, usize, f64),
+    /// From, seconds to the next key, and how far on the way.
+    Spline(usize, f64, f64),
 }

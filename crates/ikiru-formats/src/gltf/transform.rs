@@ -13,7 +13,7 @@ const LARGEST: f64 = 1e100;
 /// How much the scales of the axes may differ, relative to the largest.
 pub(crate) const UNIFORM: f64 = 1e-3;
 
-/// A half turn that a node's rotation is followed by.
+/// A half turn that a node's rotation is followed by, or a whole file turned by.
 ///
 /// A scale with two negative signs is a half turn; one with an odd number of them is a negative scale, which
 /// commutes with every rotation, times a half turn. So signs never stand in the way of a rigid rig.

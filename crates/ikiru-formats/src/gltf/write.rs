@@ -66,7 +66,7 @@ fn posed(loaded: &Loaded, source: &Source, pose: &Pose) -> Result<Vec<u8>, Fault
 pub(crate) fn node_rotation(loaded: &Loaded, id: JointId, binding: &Binding, rotation: DQuat) -> DQuat {
     let rest = loaded.rig.get(id).map_or(DQuat::IDENTITY, |j| j.rest_rotation);
     // A half turn is its own inverse, but for the sign of the quaternion.
-    (rest * rotation * binding.half_turn.quaternion()).normalize()
+    (binding.before.quaternion().inverse() * rest * rotation * binding.half_turn.quaternion()).normalize()
 }
 
 /// The node's translation for a joint's motion, in the node's own unit.
@@ -78,7 +78,7 @@ pub(crate) fn node_translation(
 ) -> [f64; 3] {
     let Some(joint) = loaded.rig.get(id) else { return [0.0; 3] };
     let offset = joint.rest_translation + joint.rest_rotation * translation;
-    (offset / binding.scale_above).to_array()
+    (binding.before.quaternion().inverse() * offset / binding.scale_above).to_array()
 }
 
 /// A file being written: the document's members, and what its BIN chunk holds.

@@ -63,7 +63,7 @@ fn animated(loaded: &Loaded, clip: &Clip) -> Result<Vec<u8>, Fault> {
 }
 
 /// The times as 32-bit numbers that increase, and the pose of each.
-fn key_times(clip: &Clip) -> (Vec<f32>, Vec<usize>) {
+pub(crate) fn key_times(clip: &Clip) -> (Vec<f32>, Vec<usize>) {
     let first = clip.times().first().copied().unwrap_or(0.0).min(0.0);
     let (mut times, mut keys) = (Vec::<f32>::new(), Vec::new());
     for (key, secs) in clip.times().iter().enumerate() {

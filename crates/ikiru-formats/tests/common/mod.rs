@@ -13,13 +13,14 @@ pub(crate) fn data(name: &str) -> PathBuf {
 }
 
 /// Every file that ships, with its number of joints and of those that turn.
-pub(crate) const FILES: [(&str, usize, usize); 9] = [
+pub(crate) const FILES: [(&str, usize, usize); 10] = [
     ("builtin:human", 55, 53),
     ("builtin:reference", 57, 57),
     ("mh_female_default163.glb", 165, 163),
     ("mh_female_mixamo.glb", 54, 52),
     ("mh_male_gameengine.glb", 55, 53),
     ("mh_male_gameengine_lod10pc.glb", 55, 53),
+    ("mh_male_vrm0.vrm", 55, 53),
     ("mh_male_vrm1.vrm", 55, 53),
     ("webxr_generic_hand_left.glb", 30, 25),
     ("webxr_generic_hand_right.glb", 27, 25),
