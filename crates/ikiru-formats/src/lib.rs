@@ -31,6 +31,7 @@ mod error;
 mod file;
 mod json;
 mod loaded;
+mod names;
 mod vrm;
 mod warning;
 
