@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ikiru_rig::{Clip, EulerOrder, JointId, Motion, Pose, Rig};
 
+use crate::bvh::Layout;
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
 use crate::gltf::read::difference;
@@ -19,13 +20,14 @@ pub struct Loaded {
     /// What was mended or left out.
     pub warnings: Vec<Warning>,
     pub(crate) source: Option<Arc<Source>>,
+    pub(crate) layout: Option<Arc<Layout>>,
 }
 
 impl Loaded {
     /// A rig made by other means than reading; it has no [`source`](Self::source).
     #[must_use]
     pub fn from_rig(rig: Rig) -> Self {
-        Self { rig, clips: Vec::new(), warnings: Vec::new(), source: None }
+        Self { rig, clips: Vec::new(), warnings: Vec::new(), source: None, layout: None }
     }
 
     /// The document that the rig was read from: what writing needs besides the rig.

@@ -78,7 +78,7 @@ fn load(file: Vec<u8>, in_container: bool, folder: Option<&Path>, name: &str) ->
         buffers,
         bindings,
     };
-    Ok(Loaded { rig, clips, warnings: warnings.into_vec(), source: Some(Arc::new(source)) })
+    Ok(Loaded { rig, clips, warnings: warnings.into_vec(), source: Some(Arc::new(source)), layout: None })
 }
 
 fn check_version(document: &Document<'_>, warnings: &mut Warnings) -> Result<(), Fault> {
