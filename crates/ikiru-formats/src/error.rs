@@ -35,6 +35,13 @@ pub enum Place {
     },
     /// A member of the JSON text, as a JSON pointer: `/nodes/17/rotation`.
     Pointer(String),
+    /// A line and column of a text file, both counted from 1.
+    Line {
+        /// Line.
+        line: usize,
+        /// Column, in bytes.
+        column: usize,
+    },
 }
 
 /// What is wrong, with what was found and what was expected.
@@ -50,7 +57,7 @@ pub enum ErrorKind {
         source: std::io::Error,
     },
     /// The file's name does not end in a format that can be read.
-    #[error("the ending '{found}' is not one that can be read: expected .glb, .gltf, .vrm or .vrma")]
+    #[error("the ending '{found}' is not one that can be read: expected .glb, .gltf, .vrm, .vrma or .bvh")]
     Ending {
         /// The ending.
         found: String,
@@ -245,6 +252,60 @@ pub enum ErrorKind {
         /// Why it is not there.
         reason: String,
     },
+    /// A word that does not belong where it stands.
+    #[error("found {found}, expected {expected}")]
+    Unexpected {
+        /// The word, in quotes, or what stands for it.
+        found: String,
+        /// What may stand there.
+        expected: &'static str,
+    },
+    /// Something that a joint may have once.
+    #[error("joint '{joint}' has {what} twice, expected it once")]
+    Repeated {
+        /// Name of the joint.
+        joint: String,
+        /// What it has twice.
+        what: &'static str,
+    },
+    /// Something that a joint must have.
+    #[error("joint '{joint}' has no {what}, expected one")]
+    Missing {
+        /// Name of the joint.
+        joint: String,
+        /// What it lacks.
+        what: &'static str,
+    },
+    /// A motion that ends before all its frames are there.
+    #[error("frame {frame} of {frames} has {found} of {expected} numbers when the file ends")]
+    FewNumbers {
+        /// The frame that is incomplete, counted from 1.
+        frame: u64,
+        /// How many frames the file claims.
+        frames: u64,
+        /// Numbers that are there.
+        found: usize,
+        /// Numbers that a frame has.
+        expected: usize,
+    },
+    /// A motion that would take much more memory than its text.
+    #[error(
+        "{frames} frames would take {bytes} bytes of memory, more than the {most} that a file of this size may"
+    )]
+    LongMotion {
+        /// How many frames there are.
+        frames: u64,
+        /// Bytes that they would take.
+        bytes: u64,
+        /// Bytes that they may.
+        most: u64,
+    },
+    /// A scale that is no length of a unit.
+    #[error("the scale {found} cannot be used, expected metres per unit of the file, from 1e-9 to 1e9")]
+    Scale {
+        /// What was given.
+        found: f64,
+    },
     /// A file beyond the 4 GiB that its format allows.
     #[error("the file would have {bytes} bytes, more than the 4 GiB that .glb allows")]
     TooLarge {
@@ -312,6 +373,7 @@ impl std::fmt::Display for Place {
                 write!(f, "{pointer} (line {line} column {column} of the JSON text)")
             }
             Self::Pointer(pointer) => f.write_str(pointer),
+            Self::Line { line, column } => write!(f, "line {line} column {column}"),
         }
     }
 }

@@ -5,11 +5,21 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::builtin::{PREFIX, builtin};
+use crate::bvh::BvhOptions;
+use crate::bvh::read::read_bvh;
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf;
 use crate::loaded::Loaded;
 
-/// Reads a file, by its ending: `.glb`, `.gltf`, `.vrm` or `.vrma`. The names of built-in rigs, such as
+/// What an ending promises.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Glb,
+    Gltf,
+    Bvh,
+}
+
+/// Reads a file, by its ending: `.glb`, `.gltf`, `.vrm`, `.vrma` or `.bvh` (of scale 1). The names of built-in rigs, such as
 /// `builtin:human`, are understood as well.
 ///
 /// # Errors
@@ -21,9 +31,10 @@ pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
     }
     let name = path.display().to_string();
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let in_container = match ending.as_str() {
-        "glb" | "vrm" | "vrma" => true,
-        "gltf" => false,
+    let format = match ending.as_str() {
+        "glb" | "vrm" | "vrma" => Format::Glb,
+        "gltf" => Format::Gltf,
+        "bvh" => Format::Bvh,
         _ => {
             let found = if ending.is_empty() { String::new() } else { format!(".{ending}") };
             return Err(Error::new(name, Place::File, ErrorKind::Ending { found }));
@@ -32,8 +43,11 @@ pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
     let bytes = fs::read(path).map_err(|source| {
         Error::new(&*name, Place::File, ErrorKind::Io { doing: "read the file", source })
     })?;
+    if format == Format::Bvh {
+        return read_bvh(&bytes, &name, &BvhOptions::default());
+    }
     // A binary file under the other name is not worth an error.
-    let in_container = in_container || bytes.starts_with(gltf::MAGIC);
+    let in_container = format == Format::Glb || bytes.starts_with(gltf::MAGIC);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     gltf::read::read(bytes, in_container, Some(folder), &name)
 }

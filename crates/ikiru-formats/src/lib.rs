@@ -1,9 +1,11 @@
-//! Readers and writers of the Ikiru inverse-kinematics library: glTF, poses as JSON, built-in rigs.
+//! Readers and writers of the Ikiru inverse-kinematics library: glTF, BVH, poses as JSON, built-in
+//! rigs.
 //!
-//! [`read`] takes a `.glb`, `.gltf`, `.vrm` or `.vrma` file, or the name of a rig that comes with the library, and
+//! [`read`] takes a `.glb`, `.gltf`, `.vrm`, `.vrma` or `.bvh` file, or the name of a rig that comes with the library, and
 //! gives a valid rig, its clips, and typed [`Warning`]s about what was mended. [`write_posed_glb`] and
 //! [`write_animated_glb`] give the same file back, mesh, skin and materials included, in a pose or with a
-//! motion. [`read_vrma`] and [`write_vrma`] are for motions that fit every avatar.
+//! motion; [`write_bvh_pose`] and [`write_bvh_clip`] write any rig's motion as BVH.
+//! [`read_vrma`] and [`write_vrma`] are for motions that fit every avatar.
 //!
 //! ```
 //! use ikiru_rig::Role;
@@ -24,6 +26,7 @@
 //! any input, reading takes less memory than 64 MiB and eight times the file's size, and no reference
 //! leads out of the file's folder.
 
+pub mod bvh;
 pub mod gltf;
 
 mod builtin;
@@ -31,10 +34,14 @@ mod error;
 mod file;
 mod json;
 mod loaded;
+mod names;
 mod vrm;
 mod warning;
 
 pub use builtin::{BUILTINS, builtin};
+pub use bvh::read::read_bvh;
+pub use bvh::write::{write_bvh_clip, write_bvh_pose};
+pub use bvh::{BvhOptions, PositionChannels};
 pub use error::{Error, ErrorKind, Place};
 pub use file::{read, read_glb, read_gltf, save};
 pub use gltf::write::write_posed_glb;

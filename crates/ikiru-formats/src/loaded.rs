@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DQuat;
 use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
 
+use crate::bvh::Layout;
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
 use crate::gltf::read::difference;
@@ -21,13 +22,14 @@ pub struct Loaded {
     pub warnings: Vec<Warning>,
     pub(crate) world_from_file: DQuat,
     pub(crate) source: Option<Arc<Source>>,
+    pub(crate) layout: Option<Arc<Layout>>,
 }
 
 impl Loaded {
     /// A rig made by other means than reading; it has no [`source`](Self::source).
     #[must_use]
     pub fn from_rig(rig: Rig) -> Self {
-        Self { rig, clips: Vec::new(), warnings: Vec::new(), world_from_file: DQuat::IDENTITY, source: None }
+        Self { rig, clips: Vec::new(), warnings: Vec::new(), world_from_file: DQuat::IDENTITY, source: None, layout: None }
     }
 
     /// The rotation from the file's own world to the rig's, in which a character faces +z: half a turn about y

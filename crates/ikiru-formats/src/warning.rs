@@ -105,6 +105,29 @@ pub enum Warning {
         /// The joint or node of the first.
         first: String,
     },
+    /// Bytes in a name that are not UTF-8; each was replaced by a question mark.
+    NameBytes {
+        /// The name, as it was mended.
+        name: String,
+    },
+    /// A motion file that goes on after its last frame.
+    ExtraNumbers {
+        /// How many numbers or words were left unread.
+        count: u64,
+        /// How many frames the file claims.
+        frames: u64,
+        /// How many numbers a frame has.
+        per_frame: usize,
+    },
+    /// A standing figure that is no human's height: the file is probably not in metres.
+    Height {
+        /// Its height, with the scale that was used, in metres.
+        metres: f64,
+        /// The scale that was used.
+        scale: f64,
+        /// A scale that would make it as high as a human.
+        likely: Option<f64>,
+    },
     /// More warnings of the kinds before.
     More {
         /// How many were left out.
@@ -184,6 +207,21 @@ impl std::fmt::Display for Warning {
                  joints with a skin and the body of a VRM animation move, nothing else does",
                 if *count == 1 { " was" } else { "s were" }
             ),
+            Self::NameBytes { name } => {
+                write!(f, "the name '{name}' is not UTF-8 in the file, what could not be read became '?'")
+            }
+            Self::ExtraNumbers { count, frames, per_frame } => write!(
+                f,
+                "after {frames} frames of {per_frame} numbers the file goes on with {count} more, \
+                 which were left unread"
+            ),
+            Self::Height { metres, scale, likely } => {
+                write!(f, "the figure is {metres:.4} m high with scale {scale}, expected 0.3 to 3 m")?;
+                match likely {
+                    Some(likely) => write!(f, ": a likely scale is {likely}"),
+                    None => f.write_str(": another scale may be meant"),
+                }
+            }
             Self::More { count } => write!(f, "{count} more warnings"),
         }
     }

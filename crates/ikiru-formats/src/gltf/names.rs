@@ -1,8 +1,9 @@
 //! Names for joints: the nodes' own, made unique.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use crate::gltf::document::Node;
+use crate::names::Namer;
 use crate::warning::{Warning, Warnings, short};
 
 /// The names of the nodes in `order` that cannot keep their own: the unnamed become `node_i`, repeats get
@@ -13,7 +14,7 @@ pub(crate) fn new_names(nodes: &[Node], order: &[u32], warnings: &mut Warnings) 
     for node in order {
         first.entry(name(*node)).or_insert(*node);
     }
-    let mut namer = Namer { own: &first, given: HashSet::new(), next: HashMap::new() };
+    let mut namer = Namer::new(&first);
     let mut names = HashMap::new();
     let mut unnamed: Option<(usize, String)> = None;
     for node in order.iter().filter(|n| name(**n).is_empty()) {
@@ -33,30 +34,4 @@ pub(crate) fn new_names(nodes: &[Node], order: &[u32], warnings: &mut Warnings) 
         }
     }
     names
-}
-
-struct Namer<'n> {
-    own: &'n HashMap<&'n str, u32>,
-    given: HashSet<String>,
-    /// The number to try next after each name, so that many repeats do not cost the square.
-    next: HashMap<String, u32>,
-}
-
-impl Namer<'_> {
-    fn give(&mut self, base: &str, plain: bool) -> String {
-        let is_free = |name: &str| !self.own.contains_key(name) && !self.given.contains(name);
-        let mut name = base.to_owned();
-        if !(plain && is_free(&name)) {
-            let next = self.next.entry(base.to_owned()).or_insert(2);
-            loop {
-                name = format!("{base}_{next}");
-                *next = next.saturating_add(1);
-                if is_free(&name) {
-                    break;
-                }
-            }
-        }
-        self.given.insert(name.clone());
-        name
-    }
 }

@@ -98,6 +98,7 @@ pub(crate) fn load(
         warnings: warnings.into_vec(),
         world_from_file: before.quaternion(),
         source: Some(Arc::new(source)),
+        layout: None,
     };
     Ok((loaded, humanoid.version))
 }
