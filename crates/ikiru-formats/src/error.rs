@@ -2,6 +2,8 @@
 
 use ikiru_rig::RigError;
 
+use crate::urdf::UrdfProblem;
+
 /// Why a file could not be read or written.
 ///
 /// Carries the file's name, the place in it and, as [`ErrorKind`], what was found and what was expected.
@@ -34,6 +36,15 @@ pub enum Place {
     },
     /// A member of the JSON text, as a JSON pointer: `/nodes/17/rotation`.
     Pointer(String),
+    /// A line and column of an XML text, both counted from 1.
+    Xml {
+        /// Line.
+        line: usize,
+        /// Column, in bytes.
+        column: usize,
+        /// The element that stands there: `<axis> of joint 'elbow'`; empty if unknown.
+        element: String,
+    },
 }
 
 /// What is wrong, with what was found and what was expected.
@@ -49,7 +60,7 @@ pub enum ErrorKind {
         source: std::io::Error,
     },
     /// The file's name does not end in a format that can be read.
-    #[error("the ending '{found}' is not one that can be read: expected .glb, .gltf or .vrm")]
+    #[error("the ending '{found}' is not one that can be read: expected .glb, .gltf, .urdf or .vrm")]
     Ending {
         /// The ending.
         found: String,
@@ -202,6 +213,9 @@ pub enum ErrorKind {
         /// Why it is refused.
         reason: &'static str,
     },
+    /// A robot description that is not as URDF has it.
+    #[error(transparent)]
+    Urdf(#[from] UrdfProblem),
     /// The joints do not make a rig.
     #[error(transparent)]
     Rig(#[from] RigError),
@@ -299,6 +313,10 @@ impl std::fmt::Display for Place {
                 write!(f, "{pointer} (line {line} column {column} of the JSON text)")
             }
             Self::Pointer(pointer) => f.write_str(pointer),
+            Self::Xml { line, column, element } if element.is_empty() => {
+                write!(f, "line {line} column {column}")
+            }
+            Self::Xml { line, column, element } => write!(f, "{element} (line {line} column {column})"),
         }
     }
 }

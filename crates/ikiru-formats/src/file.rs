@@ -8,8 +8,9 @@ use crate::builtin::{PREFIX, builtin};
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf;
 use crate::loaded::Loaded;
+use crate::urdf;
 
-/// Reads a file, by its ending: `.glb`, `.gltf` or `.vrm`. The names of built-in rigs, such as
+/// Reads a file, by its ending: `.glb`, `.gltf`, `.urdf` or `.vrm`. The names of built-in rigs, such as
 /// `builtin:human`, are understood as well.
 ///
 /// # Errors
@@ -21,9 +22,10 @@ pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
     }
     let name = path.display().to_string();
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let in_container = match ending.as_str() {
-        "glb" | "vrm" => true,
-        "gltf" => false,
+    let format = match ending.as_str() {
+        "glb" | "vrm" => Format::Container,
+        "gltf" => Format::Gltf,
+        "urdf" => Format::Urdf,
         _ => {
             let found = if ending.is_empty() { String::new() } else { format!(".{ending}") };
             return Err(Error::new(name, Place::File, ErrorKind::Ending { found }));
@@ -32,10 +34,22 @@ pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
     let bytes = fs::read(path).map_err(|source| {
         Error::new(&*name, Place::File, ErrorKind::Io { doing: "read the file", source })
     })?;
+    if format == Format::Urdf {
+        return urdf::read::read(&bytes, &name);
+    }
     // A binary file under the other name is not worth an error.
-    let in_container = in_container || bytes.starts_with(gltf::MAGIC);
+    let in_container = format == Format::Container || bytes.starts_with(gltf::MAGIC);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     gltf::read::read(bytes, in_container, Some(folder), &name)
+}
+
+/// What the ending of a name stands for.
+#[derive(Clone, Copy, PartialEq)]
+enum Format {
+    /// Binary glTF.
+    Container,
+    Gltf,
+    Urdf,
 }
 
 /// Reads a binary glTF or VRM file from memory; `name` stands in messages. Other files that it refers to are
@@ -54,6 +68,34 @@ pub fn read_glb(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
 /// When the file is not valid.
 pub fn read_gltf(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Loaded, Error> {
     gltf::read::read(bytes.to_vec(), false, folder, name)
+}
+
+/// Reads a robot description (URDF) from memory; `name` stands in messages.
+///
+/// Every joint of the file is a joint, fixed ones included, and answers to its child link's name as well. The
+/// root link is a fixed joint of its own, which carries the rotation from URDF's axes (x forward, y left, z up) to the
+/// library's; see [`Loaded::world_from_file`].
+///
+/// | type | becomes |
+/// |---|---|
+/// | `revolute` | a hinge with the range of its `<limit>`, which must be there; `lower` and `upper` default to 0 |
+/// | `continuous` | a hinge without a range; a `<limit>` does not change that |
+/// | `prismatic` | a slider, with a range as for `revolute` |
+/// | `fixed`, `floating` | a fixed and a free joint |
+/// | `planar` | three joints: sliders `NAME_x` and `NAME_y` in the plane, then the hinge `NAME` about the axis; for the axis z, they are those along x and y |
+/// | `spherical` | a ball: not URDF's own, but Bullet's and widely used |
+///
+/// `<mimic>` makes a follower, whose range narrows its leader's; without `lower` and `upper` it has none of its own.
+/// Followers of followers follow the first leader. What has no bearing on kinematics is skipped:
+/// visuals, inertias, `<safety_controller>`, `<transmission>`, `<gazebo>` and all elements that URDF does not know.
+///
+/// Robots whose makers put y up all the same (some of Bullet's) lie on their backs: URDF has no way to say so.
+///
+/// # Errors
+/// When the file is not valid; the error names line, column and element. Links that make no tree, a missing
+/// `<limit>`, an axis of length 0, and xacro markup are errors.
+pub fn read_urdf(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
+    urdf::read::read(bytes, name)
 }
 
 /// Writes a file as a whole: it is written beside its place and then moved there, so that no reader sees a

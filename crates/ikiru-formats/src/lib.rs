@@ -1,6 +1,6 @@
-//! Readers and writers of the Ikiru inverse-kinematics library: glTF, poses as JSON, built-in rigs.
+//! Readers and writers of the Ikiru inverse-kinematics library: glTF, URDF, poses as JSON, built-in rigs.
 //!
-//! [`read`] takes a `.glb`, `.gltf` or `.vrm` file, or the name of a rig that comes with the library, and
+//! [`read`] takes a `.glb`, `.gltf`, `.vrm` or `.urdf` file, or the name of a rig that comes with the library, and
 //! gives a valid rig, its clips, and typed [`Warning`]s about what was mended. [`write_posed_glb`] and
 //! [`write_animated_glb`] give the same file back, mesh, skin and materials included, in a pose or with a
 //! motion.
@@ -25,8 +25,10 @@
 //! leads out of the file's folder.
 
 pub mod gltf;
+pub mod urdf;
 
 mod builtin;
+mod collision;
 mod error;
 mod file;
 mod json;
@@ -35,8 +37,9 @@ mod vrm;
 mod warning;
 
 pub use builtin::{BUILTINS, builtin};
+pub use collision::{CollisionShape, ShapeKind};
 pub use error::{Error, ErrorKind, Place};
-pub use file::{read, read_glb, read_gltf, save};
+pub use file::{read, read_glb, read_gltf, read_urdf, save};
 pub use gltf::write::write_posed_glb;
 pub use gltf::write_animation::write_animated_glb;
 pub use json::pose_json;

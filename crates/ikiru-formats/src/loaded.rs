@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use glam::DQuat;
 use ikiru_rig::{Clip, EulerOrder, JointId, Motion, Pose, Rig};
 
+use crate::collision::CollisionShape;
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
 use crate::gltf::read::difference;
@@ -19,19 +21,43 @@ pub struct Loaded {
     /// What was mended or left out.
     pub warnings: Vec<Warning>,
     pub(crate) source: Option<Arc<Source>>,
+    pub(crate) world_from_file: DQuat,
+    pub(crate) collision_shapes: Vec<CollisionShape>,
 }
 
 impl Loaded {
     /// A rig made by other means than reading; it has no [`source`](Self::source).
     #[must_use]
     pub fn from_rig(rig: Rig) -> Self {
-        Self { rig, clips: Vec::new(), warnings: Vec::new(), source: None }
+        Self {
+            rig,
+            clips: Vec::new(),
+            warnings: Vec::new(),
+            source: None,
+            world_from_file: DQuat::IDENTITY,
+            collision_shapes: Vec::new(),
+        }
     }
 
     /// The document that the rig was read from: what writing needs besides the rig.
     #[must_use]
     pub fn source(&self) -> Option<&Source> {
         self.source.as_deref()
+    }
+
+    /// The rotation that a reader laid over the file's own axes to get the library's (y up, facing +z, the
+    /// left at +x): a point `p` of the file lies at `world_from_file() * p`, and the inverse leads back.
+    /// The identity where the file has the library's axes, as glTF does.
+    #[must_use]
+    pub fn world_from_file(&self) -> DQuat {
+        self.world_from_file
+    }
+
+    /// The spheres, capsules, cylinders and boxes that the file gives its joints for collisions, in the order of
+    /// the file. Meshes are not among them.
+    #[must_use]
+    pub fn collision_shapes(&self) -> &[CollisionShape] {
+        &self.collision_shapes
     }
 
     /// The same file with a changed rig: the same joints in the same order, with other motions or limits.

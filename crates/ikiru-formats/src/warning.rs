@@ -1,6 +1,7 @@
 //! What a reader mended or left out, for the user to know.
 
 use crate::gltf::DataProblem;
+use crate::urdf::UrdfWarning;
 
 /// Something in a file that was mended or left out. The rig that came of it is valid.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,6 +104,8 @@ pub enum Warning {
         /// The joint or node of the first.
         first: String,
     },
+    /// Something in a robot description.
+    Urdf(UrdfWarning),
     /// More warnings of the kinds before.
     More {
         /// How many were left out.
@@ -184,6 +187,7 @@ impl std::fmt::Display for Warning {
                  joints with a skin rotate, nothing else moves",
                 if *count == 1 { " was" } else { "s were" }
             ),
+            Self::Urdf(warning) => warning.fmt(f),
             Self::More { count } => write!(f, "{count} more warnings"),
         }
     }

@@ -78,7 +78,8 @@ fn load(file: Vec<u8>, in_container: bool, folder: Option<&Path>, name: &str) ->
         buffers,
         bindings,
     };
-    Ok(Loaded { rig, clips, warnings: warnings.into_vec(), source: Some(Arc::new(source)) })
+    let (warnings, source) = (warnings.into_vec(), Some(Arc::new(source)));
+    Ok(Loaded { clips, warnings, source, ..Loaded::from_rig(rig) })
 }
 
 fn check_version(document: &Document<'_>, warnings: &mut Warnings) -> Result<(), Fault> {
