@@ -3,6 +3,8 @@
 use ikiru_rig::RigError;
 use ikiru_rig::humanoid::TransferError;
 
+use crate::urdf::UrdfProblem;
+
 /// Why a file could not be read or written.
 ///
 /// Carries the file's name, the place in it and, as [`ErrorKind`], what was found and what was expected.
@@ -42,6 +44,15 @@ pub enum Place {
         /// Column, in bytes.
         column: usize,
     },
+    /// A line and column of an XML text, both counted from 1.
+    Xml {
+        /// Line.
+        line: usize,
+        /// Column, in bytes.
+        column: usize,
+        /// The element that stands there: `<axis> of joint 'elbow'`; empty if unknown.
+        element: String,
+    },
 }
 
 /// What is wrong, with what was found and what was expected.
@@ -57,7 +68,9 @@ pub enum ErrorKind {
         source: std::io::Error,
     },
     /// The file's name does not end in a format that can be read.
-    #[error("the ending '{found}' is not one that can be read: expected .glb, .gltf, .vrm, .vrma or .bvh")]
+    #[error(
+        "the ending '{found}' is not one that can be read: expected .glb, .gltf, .vrm, .vrma, .bvh or .urdf"
+    )]
     Ending {
         /// The ending.
         found: String,
@@ -210,6 +223,9 @@ pub enum ErrorKind {
         /// Why it is refused.
         reason: &'static str,
     },
+    /// A robot description that is not as URDF has it.
+    #[error(transparent)]
+    Urdf(#[from] UrdfProblem),
     /// The joints do not make a rig.
     #[error(transparent)]
     Rig(#[from] RigError),
@@ -374,6 +390,10 @@ impl std::fmt::Display for Place {
             }
             Self::Pointer(pointer) => f.write_str(pointer),
             Self::Line { line, column } => write!(f, "line {line} column {column}"),
+            Self::Xml { line, column, element } if element.is_empty() => {
+                write!(f, "line {line} column {column}")
+            }
+            Self::Xml { line, column, element } => write!(f, "{element} (line {line} column {column})"),
         }
     }
 }

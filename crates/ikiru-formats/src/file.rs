@@ -10,6 +10,7 @@ use crate::bvh::read::read_bvh;
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf;
 use crate::loaded::Loaded;
+use crate::urdf;
 
 /// What an ending promises.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -17,9 +18,10 @@ enum Format {
     Glb,
     Gltf,
     Bvh,
+    Urdf,
 }
 
-/// Reads a file, by its ending: `.glb`, `.gltf`, `.vrm`, `.vrma` or `.bvh` (of scale 1). The names of built-in rigs, such as
+/// Reads a file, by its ending: `.glb`, `.gltf`, `.vrm`, `.vrma`, `.bvh` (of scale 1) or `.urdf`. The names of built-in rigs, such as
 /// `builtin:human`, are understood as well.
 ///
 /// # Errors
@@ -35,6 +37,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
         "glb" | "vrm" | "vrma" => Format::Glb,
         "gltf" => Format::Gltf,
         "bvh" => Format::Bvh,
+        "urdf" => Format::Urdf,
         _ => {
             let found = if ending.is_empty() { String::new() } else { format!(".{ending}") };
             return Err(Error::new(name, Place::File, ErrorKind::Ending { found }));
@@ -45,6 +48,9 @@ pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
     })?;
     if format == Format::Bvh {
         return read_bvh(&bytes, &name, &BvhOptions::default());
+    }
+    if format == Format::Urdf {
+        return urdf::read::read(&bytes, &name);
     }
     // A binary file under the other name is not worth an error.
     let in_container = format == Format::Glb || bytes.starts_with(gltf::MAGIC);
@@ -68,6 +74,34 @@ pub fn read_glb(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
 /// When the file is not valid.
 pub fn read_gltf(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Loaded, Error> {
     gltf::read::read(bytes.to_vec(), false, folder, name)
+}
+
+/// Reads a robot description (URDF) from memory; `name` stands in messages.
+///
+/// Every joint of the file is a joint, fixed ones included, and answers to its child link's name as well. The
+/// root link is a fixed joint of its own, which carries the rotation from URDF's axes (x forward, y left, z up) to the
+/// library's; see [`Loaded::world_from_file`].
+///
+/// | type | becomes |
+/// |---|---|
+/// | `revolute` | a hinge with the range of its `<limit>`, which must be there; `lower` and `upper` default to 0 |
+/// | `continuous` | a hinge without a range; a `<limit>` does not change that |
+/// | `prismatic` | a slider, with a range as for `revolute` |
+/// | `fixed`, `floating` | a fixed and a free joint |
+/// | `planar` | three joints: sliders `NAME_x` and `NAME_y` in the plane, then the hinge `NAME` about the axis; for the axis z, they are those along x and y |
+/// | `spherical` | a ball: not URDF's own, but Bullet's and widely used |
+///
+/// `<mimic>` makes a follower, whose range narrows its leader's; without `lower` and `upper` it has none of its own.
+/// Followers of followers follow the first leader. What has no bearing on kinematics is skipped:
+/// visuals, inertias, `<safety_controller>`, `<transmission>`, `<gazebo>` and all elements that URDF does not know.
+///
+/// Robots whose makers put y up all the same (some of Bullet's) lie on their backs: URDF has no way to say so.
+///
+/// # Errors
+/// When the file is not valid; the error names line, column and element. Links that make no tree, a missing
+/// `<limit>`, an axis of length 0, and xacro markup are errors.
+pub fn read_urdf(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
+    urdf::read::read(bytes, name)
 }
 
 /// Writes a file as a whole: it is written beside its place and then moved there, so that no reader sees a

@@ -1,7 +1,7 @@
-//! Readers and writers of the Ikiru inverse-kinematics library: glTF, BVH, poses as JSON, built-in
+//! Readers and writers of the Ikiru inverse-kinematics library: glTF, BVH, URDF, poses as JSON, built-in
 //! rigs.
 //!
-//! [`read`] takes a `.glb`, `.gltf`, `.vrm`, `.vrma` or `.bvh` file, or the name of a rig that comes with the library, and
+//! [`read`] takes a `.glb`, `.gltf`, `.vrm`, `.vrma`, `.bvh` or `.urdf` file, or the name of a rig that comes with the library, and
 //! gives a valid rig, its clips, and typed [`Warning`]s about what was mended. [`write_posed_glb`] and
 //! [`write_animated_glb`] give the same file back, mesh, skin and materials included, in a pose or with a
 //! motion; [`write_bvh_pose`] and [`write_bvh_clip`] write any rig's motion as BVH.
@@ -28,8 +28,10 @@
 
 pub mod bvh;
 pub mod gltf;
+pub mod urdf;
 
 mod builtin;
+mod collision;
 mod error;
 mod file;
 mod json;
@@ -42,8 +44,9 @@ pub use builtin::{BUILTINS, builtin};
 pub use bvh::read::read_bvh;
 pub use bvh::write::{write_bvh_clip, write_bvh_pose};
 pub use bvh::{BvhOptions, PositionChannels};
+pub use collision::{CollisionShape, ShapeKind};
 pub use error::{Error, ErrorKind, Place};
-pub use file::{read, read_glb, read_gltf, save};
+pub use file::{read, read_glb, read_gltf, read_urdf, save};
 pub use gltf::write::write_posed_glb;
 pub use gltf::write_animation::write_animated_glb;
 pub use json::pose_json;

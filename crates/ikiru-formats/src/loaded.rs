@@ -6,6 +6,7 @@ use glam::DQuat;
 use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
 
 use crate::bvh::Layout;
+use crate::collision::CollisionShape;
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
 use crate::gltf::read::difference;
@@ -23,27 +24,44 @@ pub struct Loaded {
     pub(crate) world_from_file: DQuat,
     pub(crate) source: Option<Arc<Source>>,
     pub(crate) layout: Option<Arc<Layout>>,
+    pub(crate) collision_shapes: Vec<CollisionShape>,
 }
 
 impl Loaded {
     /// A rig made by other means than reading; it has no [`source`](Self::source).
     #[must_use]
     pub fn from_rig(rig: Rig) -> Self {
-        Self { rig, clips: Vec::new(), warnings: Vec::new(), world_from_file: DQuat::IDENTITY, source: None, layout: None }
-    }
-
-    /// The rotation from the file's own world to the rig's, in which a character faces +z: half a turn about y
-    /// for VRM 0.x, which faces −z; otherwise the identity. A mesh in the [`source`](Self::source) lies in the
-    /// file's world, and files are written in it.
-    #[must_use]
-    pub fn world_from_file(&self) -> DQuat {
-        self.world_from_file
+        Self {
+            rig,
+            clips: Vec::new(),
+            warnings: Vec::new(),
+            world_from_file: DQuat::IDENTITY,
+            source: None,
+            layout: None,
+            collision_shapes: Vec::new(),
+        }
     }
 
     /// The document that the rig was read from: what writing needs besides the rig.
     #[must_use]
     pub fn source(&self) -> Option<&Source> {
         self.source.as_deref()
+    }
+
+    /// The rotation that a reader laid over the file's own axes to get the library's (y up, facing +z, the
+    /// left at +x): a point `p` of the file lies at `world_from_file() * p`, and the inverse leads back.
+    /// The identity where the file has the library's axes, as glTF does; half a turn about y for VRM 0.x, which
+    /// faces −z. A mesh in the [`source`](Self::source) lies in the file's world, and files are written in it.
+    #[must_use]
+    pub fn world_from_file(&self) -> DQuat {
+        self.world_from_file
+    }
+
+    /// The spheres, capsules, cylinders and boxes that the file gives its joints for collisions, in the order of
+    /// the file. Meshes are not among them.
+    #[must_use]
+    pub fn collision_shapes(&self) -> &[CollisionShape] {
+        &self.collision_shapes
     }
 
     /// The same file with a changed rig: the same joints in the same order, with other motions or limits.

@@ -3,6 +3,7 @@
 use ikiru_rig::humanoid::RoleProblem;
 
 use crate::gltf::DataProblem;
+use crate::urdf::UrdfWarning;
 
 /// Something in a file that was mended or left out. The rig that came of it is valid.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,6 +129,8 @@ pub enum Warning {
         /// A scale that would make it as high as a human.
         likely: Option<f64>,
     },
+    /// Something in a robot description.
+    Urdf(UrdfWarning),
     /// More warnings of the kinds before.
     More {
         /// How many were left out.
@@ -222,6 +225,7 @@ impl std::fmt::Display for Warning {
                     None => f.write_str(": another scale may be meant"),
                 }
             }
+            Self::Urdf(warning) => warning.fmt(f),
             Self::More { count } => write!(f, "{count} more warnings"),
         }
     }

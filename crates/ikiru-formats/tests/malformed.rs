@@ -279,7 +279,7 @@ fn names_of_files_and_rigs() {
     let message = read("rig.fbx").unwrap_err().to_string();
     assert_eq!(
         message,
-        "rig.fbx: the ending '.fbx' is not one that can be read: expected .glb, .gltf, .vrm, .vrma or .bvh"
+        "rig.fbx: the ending '.fbx' is not one that can be read: expected .glb, .gltf, .vrm, .vrma, .bvh or .urdf"
     );
     assert!(read("rig").unwrap_err().to_string().contains("the ending '' is not one"));
     let expected = "builtin:hooman: there is no built-in rig 'hooman': \

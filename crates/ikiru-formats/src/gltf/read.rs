@@ -93,12 +93,11 @@ pub(crate) fn load(
         bindings,
     };
     let loaded = Loaded {
-        rig,
         clips,
         warnings: warnings.into_vec(),
         world_from_file: before.quaternion(),
         source: Some(Arc::new(source)),
-        layout: None,
+        ..Loaded::from_rig(rig)
     };
     Ok((loaded, humanoid.version))
 }

@@ -139,3 +139,17 @@ pub(crate) fn assert_same_frames(what: &str, rig: &Rig, a: &[Frame], b: &[Frame]
         assert!(distance < 1e-5 * size, "{what}: '{}' is off by {distance}", joint.name);
     }
 }
+
+/// Every robot of `data/robots`, with its number of links and of degrees of freedom.
+pub(crate) const ROBOTS: [(&str, usize, usize); 10] = [
+    ("allegro_right_hand", 21, 16),
+    ("deepmimic_humanoid", 16, 28),
+    ("g1_29dof_rev_1_0", 39, 29),
+    ("g1_29dof_with_hand_rev_1_0", 53, 43),
+    ("human", 37, 36),
+    ("kinds", 11, 13),
+    ("panda", 13, 8),
+    ("simple_humanoid", 31, 29),
+    ("ur5_robot", 11, 6),
+    ("xarm7", 10, 7),
+];

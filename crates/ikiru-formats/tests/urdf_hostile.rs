@@ -1,0 +1,227 @@
+//! Robot descriptions that were not made in good faith: whatever comes in, there is an answer, soon, and it is a
+//! valid rig or an error.
+#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
+
+mod common;
+
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+use common::*;
+use ikiru_formats::{Error, Loaded, read_urdf};
+use ikiru_rig::RigBuilder;
+use ikiru_testkit::rigs::Random;
+
+/// Reads within the time that is promised for a text's size.
+fn timed(text: &str) -> Result<Loaded, Error> {
+    let start = Instant::now();
+    let result = read_urdf(text.as_bytes(), "hostile.urdf");
+    let (time, mebibytes) = (start.elapsed(), text.len() as f64 / f64::from(1 << 20));
+    assert!(time < Duration::from_secs_f64(2.0 + mebibytes), "{time:?} for {mebibytes} MiB");
+    result
+}
+
+/// The message for a text, which may not be long.
+fn message(text: &str) -> String {
+    let message = timed(text).unwrap_err().to_string();
+    assert!(message.len() < 1500, "{}", message.len());
+    message
+}
+
+#[test]
+fn elements_inside_of_elements() {
+    let deep = "<a>".repeat(100_000);
+    let expected =
+        "<a> (line 1 column 773): elements are nested deeper than 256 levels, the most that are read";
+    assert_eq!(message(&format!("<robot>{deep}")), format!("hostile.urdf, {expected}"));
+    let closed = format!("<robot>{deep}{}</robot>", "</a>".repeat(100_000));
+    assert!(message(&closed).contains("deeper than 256 levels"));
+    // As deep as is allowed, inside of what is skipped.
+    let fine = format!("<robot><link name='a'>{}{}</link></robot>", "<b>".repeat(254), "</b>".repeat(254));
+    assert_eq!(timed(&fine).unwrap().rig.n_joints(), 1);
+}
+
+#[test]
+fn entities_that_would_grow() {
+    let mut laughs = String::from("<?xml version='1.0'?>\n<!DOCTYPE robot [<!ENTITY lol0 'lol'>\n");
+    for n in 1..10 {
+        let _ = writeln!(laughs, "<!ENTITY lol{n} '{}'>", format!("&lol{};", n - 1).repeat(10));
+    }
+    let by_text = format!("{laughs}]>\n<robot>&lol9;</robot>");
+    assert!(message(&by_text).contains("line 13 column 8: the entity '&lol9;' is not known"));
+    let by_attribute = format!("{laughs}]>\n<robot><link name='&lol9;'/></robot>");
+    assert!(message(&by_attribute).contains("<link> (line 13 column 8): the entity '&lol9;' is not known"));
+    // A document type by itself does no harm, however long; nor does one that refers to files.
+    let long =
+        format!("<!DOCTYPE robot [{}]><robot><link name='a'/></robot>", "<!ENTITY a 'b>'>".repeat(200_000));
+    assert_eq!(timed(&long).unwrap().rig.n_joints(), 1);
+    let file =
+        "<!DOCTYPE robot [<!ENTITY f SYSTEM 'file:///etc/hostname'>]><robot><link name='&f;'/></robot>";
+    assert!(message(file).contains("the entity '&f;' is not known"));
+}
+
+#[test]
+fn long_names_numbers_and_attributes() {
+    let long = "x".repeat(10_000_000);
+    let rig = timed(&format!("<robot><link name='{long}'/></robot>")).unwrap().rig;
+    assert_eq!(rig.joints()[0].name.len(), long.len());
+    assert!(
+        message(&format!("<robot><link name='{long}'/><link name='{long}'/></robot>"))
+            .contains("exists already")
+    );
+    assert!(
+        message(&format!("<robot><joint name='{long}' type='{long}'/></robot>")).contains("is not known")
+    );
+    assert!(message(&format!("<robot><link name='&{long};'/></robot>")).contains("is not known"));
+    assert!(message(&format!("<robot><xacro:{long}/></robot>")).contains("run xacro"));
+    assert!(message(&format!("<robot><{long}><link/></robot>")).contains("not valid XML"));
+    assert!(message(&format!("<{long}/>")).contains("expected <robot>"));
+    let origin = |xyz: &str| {
+        message(&format!("<robot><joint name='{long}' type='fixed'><origin xyz='{xyz}'/></joint></robot>"))
+    };
+    assert!(origin(&long).contains("expected three numbers"));
+    assert!(origin(&"1 ".repeat(5_000_000)).contains("expected three numbers"));
+    assert!(origin(&"1".repeat(10_000_000)).contains("expected three numbers"));
+    let links = format!(
+        "<robot><link name='a'/><joint name='j' type='fixed'><parent link='{long}'/><child link='a'/></joint></robot>"
+    );
+    assert!(message(&links).contains("the parent link is unknown"));
+    // One element with a million attributes, all the same or all different.
+    let same = format!("<robot><link {}/></robot>", "a='' ".repeat(1_000_000));
+    assert!(message(&same).contains("the attribute name is missing"));
+    let mut text = String::from("<robot><link name='a' ");
+    (0..1_000_000).for_each(|n| write!(text, "a{n}='' ").unwrap());
+    assert_eq!(timed(&(text + "/></robot>")).unwrap().rig.n_joints(), 1);
+    // Line breaks without end, before each of many warnings.
+    let collision = "<collision><geometry><sphere/></geometry></collision>\n".repeat(100_000);
+    let loaded = timed(&format!("<robot><link name='a'>{collision}</link></robot>")).unwrap();
+    assert_eq!(loaded.warnings.len(), 101);
+}
+
+/// A chain of fixed joints.
+fn chain(n_joints: usize) -> String {
+    let mut text = String::from("<robot><link name='l0'/>");
+    for n in 1..=n_joints {
+        let above = n - 1;
+        let _ = write!(
+            text,
+            "\n<link name='l{n}'/><joint name='j{n}' type='fixed'><parent link='l{above}'/><child link='l{n}'/></joint>"
+        );
+    }
+    text + "</robot>"
+}
+
+#[test]
+fn more_joints_than_a_rig_may_have() {
+    let most = RigBuilder::MOST_JOINTS;
+    assert_eq!(timed(&chain(most - 1)).unwrap().rig.n_joints(), most);
+    assert!(message(&chain(1_000_000)).contains("<link> (line 100001 column 1): more than 100000 elements"));
+    // Every planar joint is three.
+    let planar = chain(most / 2).replace("fixed", "planar");
+    assert!(message(&planar).contains("150001 joints are more than the 100000 that a rig may have"));
+}
+
+#[test]
+fn long_ways_to_an_error() {
+    let n_joints = 90_000;
+    let circle = chain(n_joints).replace("<parent link='l0'/>", &format!("<parent link='l{n_joints}'/>"));
+    // The link l0 is alone then, and the root.
+    assert!(message(&circle).contains("go round in a circle"));
+    let star = chain(n_joints).replace("<parent link='l0'/>", "<parent link='nobody'/>");
+    assert!(message(&star).contains("the parent link is unknown"));
+    // Each one follows the next; and then the last follows the first.
+    let mut text = String::from("<robot><link name='l0'/>");
+    for n in 1..n_joints {
+        let (above, next) = (n - 1, n + 1);
+        let _ = write!(
+            text,
+            "<link name='l{n}'/><joint name='j{n}' type='continuous'><parent link='l{above}'/><child link='l{n}'/>\
+             <mimic joint='j{next}'/></joint>"
+        );
+    }
+    let last = |rest: &str| {
+        let above = n_joints - 1;
+        format!(
+            "{text}<link name='l{n_joints}'/><joint name='j{n_joints}' type='continuous'><parent link='l{above}'/>\
+             <child link='l{n_joints}'/>{rest}</joint></robot>"
+        )
+    };
+    assert_eq!(timed(&last("")).unwrap().rig.n_dofs(), 1);
+    assert!(message(&last("<mimic joint='j1'/>")).contains("the joint follows itself"));
+}
+
+#[test]
+fn bytes_and_tags_changed_cut_and_repeated() {
+    let words: [&[u8]; 24] = [
+        b"<",
+        b">",
+        b"/>",
+        b"</",
+        b"'",
+        b"\"",
+        b"=",
+        b"&",
+        b"&lt;",
+        b"&#0;",
+        b"<!--",
+        b"-->",
+        b"<![CDATA[",
+        b"<!DOCTYPE",
+        b"<?",
+        b"nan",
+        b"-1e999",
+        b"0",
+        b"name",
+        b"<mimic joint='turn'/>",
+        b"<axis xyz='0 0 1e-320'/>",
+        b"planar",
+        b"<link name='tip'/>",
+        b"\xc3",
+    ];
+    let (mut random, mut counts) = (Random::new(17), [0; 2]);
+    for name in ["kinds", "panda", "ur5_robot", "deepmimic_humanoid"] {
+        let sample = std::fs::read(data(&format!("robots/{name}.urdf"))).unwrap();
+        // Places where something is said, so that most changes matter.
+        let places: Vec<usize> = (0..sample.len()).filter(|i| b"<>\"='".contains(&sample[*i])).collect();
+        for _ in 0..3000 {
+            let mut bytes = sample.clone();
+            for _ in 0..=random.below(3) {
+                let near = places[random.below(places.len())] + random.below(3);
+                let at = near.min(bytes.len().saturating_sub(1));
+                match random.below(8) {
+                    0 => bytes.truncate(at),
+                    1 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
+                    2 if at < bytes.len() => bytes[at] = random.bits() as u8,
+                    3 | 4 => {
+                        bytes.splice(at..at, words[random.below(words.len())].iter().copied());
+                    }
+                    5 => {
+                        let end = (at + random.below(12)).min(bytes.len());
+                        bytes.drain(at..end);
+                    }
+                    _ => {
+                        let end = (at + random.below(400)).min(bytes.len());
+                        let part = bytes[at..end].to_vec();
+                        let to = places[random.below(places.len())].min(bytes.len());
+                        bytes.splice(to..to, part);
+                    }
+                }
+            }
+            match read_urdf(&bytes, "mutated.urdf") {
+                Ok(loaded) => {
+                    counts[0] += 1;
+                    let frames = loaded.rig.rest_pose().frames();
+                    assert!(frames.iter().all(|f| f.origin.value().is_finite()));
+                    assert!(
+                        loaded.collision_shapes().iter().all(|s| s.joint.index() < loaded.rig.n_joints())
+                    );
+                }
+                Err(error) => {
+                    counts[1] += 1;
+                    assert!(error.to_string().starts_with("mutated.urdf"));
+                }
+            }
+        }
+    }
+    assert!(counts.iter().all(|n| *n > 1000), "{counts:?}");
+}
