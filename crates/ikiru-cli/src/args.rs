@@ -34,7 +34,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, Group)]
 pub(crate) struct DemoArgs {
-    /// Where the pose goes: .glb (posed, skinned) or .json (joint rotations)
+    /// Where the pose goes: .glb (posed, skinned), .bvh or .json (joint rotations)
     #[arg(long, value_name = "FILE", default_value = "./ikiru-demo.glb", value_parser = parse_out)]
     pub(crate) out: Out,
     /// Print the report as one JSON object
@@ -71,7 +71,7 @@ pub(crate) struct SolveArgs {
     /// Print the report as one JSON object
     #[arg(long)]
     pub(crate) json: bool,
-    /// Where the pose goes: .glb (posed, skinned) or .json (joint rotations)
+    /// Where the pose goes: .glb (posed, skinned), .bvh or .json (joint rotations)
     #[arg(long, value_name = "FILE", value_parser = parse_out)]
     pub(crate) out: Option<Out>,
 }
@@ -87,6 +87,8 @@ pub(crate) struct Out {
 pub(crate) enum OutFormat {
     /// The rig's own file, posed.
     Glb,
+    /// A skeleton with one frame.
+    Bvh,
     /// The pose alone.
     Json,
 }
@@ -97,11 +99,11 @@ fn parse_out(text: &str) -> Result<Out, String> {
     let format = match ending.as_str() {
         "glb" => OutFormat::Glb,
         "json" => OutFormat::Json,
-        "bvh" => return Err("writing .bvh is not available yet: use .glb or .json".to_owned()),
-        "" => return Err("the file's name has no ending: expected .glb or .json".to_owned()),
+        "bvh" => OutFormat::Bvh,
+        "" => return Err("the file's name has no ending: expected .glb, .bvh or .json".to_owned()),
         other => {
             return Err(format!(
-                "the ending '.{other}' is not one that can be written: expected .glb or .json"
+                "the ending '.{other}' is not one that can be written: expected .glb, .bvh or .json"
             ));
         }
     };

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{ErrorKind, Write, stderr, stdout};
 
-use ikiru_formats::{pose_json, save, write_posed_glb};
+use ikiru_formats::{pose_json, save, write_bvh_pose, write_posed_glb};
 use ikiru_rig::Pose;
 use ikiru_scenario::Scenario;
 
@@ -55,6 +55,7 @@ pub(crate) fn printable(text: &str) -> Cow<'_, str> {
 pub(crate) fn write_pose(scenario: &Scenario, pose: &Pose, out: &Out) -> Result<(), Failure> {
     let bytes = match out.format {
         OutFormat::Glb => write_posed_glb(&scenario.loaded, pose).map_err(Failure::write)?,
+        OutFormat::Bvh => write_bvh_pose(&scenario.loaded, pose).map_err(Failure::write)?,
         OutFormat::Json => {
             let mut text =
                 serde_json::to_vec_pretty(&pose_json(pose, &scenario.active)).map_err(Failure::write)?;

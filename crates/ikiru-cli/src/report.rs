@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
+use glam::DVec3;
 use ikiru_rig::{JointId, Motion, Pose, Rig, Role};
 use ikiru_scenario::{Scenario, TermHandle};
-use ikiru_solve::objectives::Gaze;
+use ikiru_solve::objectives::{Apart, Gaze};
 use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, Report, SolverOptions, StopReason, TermReport, Unit};
 
 use crate::output::printable;
@@ -109,7 +110,8 @@ fn joint_text(scenario: &Scenario, objective: usize) -> String {
 
 fn target_text(scenario: &Scenario, objective: usize) -> String {
     let problem = &scenario.problem;
-    let vector = |v: [f64; 3]| v.map(short).join(", ");
+    let targets_from_world = scenario.world_from_targets().inverse();
+    let vector = |v: [f64; 3]| (targets_from_world * DVec3::from(v)).to_array().map(short).join(", ");
     match scenario.objectives.get(objective).map(|o| o.term) {
         Some(TermHandle::Position(id)) => vector(problem[id].target.to_array()),
         Some(TermHandle::Pose(id)) => format!("{}, turned", vector(problem[id].position.to_array())),
@@ -119,6 +121,13 @@ fn target_text(scenario: &Scenario, objective: usize) -> String {
             Gaze::Point(point) => vector(point.to_array()),
             Gaze::OffsetFromTip { offset, .. } => format!("tip + {}", vector(offset.to_array())),
         },
+        Some(TermHandle::RelativePose(_)) => "a place beside a joint".to_owned(),
+        Some(TermHandle::Distance(id)) => match problem[id].apart {
+            Apart::Exactly(d) => format!("{} m apart", short(d)),
+            Apart::AtLeast(d) => format!("at least {} m apart", short(d)),
+            Apart::AtMost(d) => format!("at most {} m apart", short(d)),
+        },
+        Some(TermHandle::PoleVector(id)) => format!("bent to {}", vector(problem[id].target.to_array())),
         Some(TermHandle::KnownRotation(_)) => "given angles".to_owned(),
         Some(TermHandle::RestPose(_)) => "the rest pose".to_owned(),
         Some(_) | None => String::new(),

@@ -27,6 +27,15 @@ enum Format {
 /// # Errors
 /// When the file cannot be read or is not valid; the error names the place in the file and the reason.
 pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
+    read_scaled(path, 1.0)
+}
+
+/// As [`read`], with the length in metres of a unit of the file, for formats that do not say: BVH. The others
+/// know theirs, and leave it alone.
+///
+/// # Errors
+/// As [`read`], and when the scale is not a finite number above 0.
+pub fn read_scaled(path: impl AsRef<Path>, scale: f64) -> Result<Loaded, Error> {
     let path = path.as_ref();
     if let Some(name) = path.to_str().filter(|name| name.starts_with(PREFIX)) {
         return builtin(name);
@@ -47,7 +56,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Loaded, Error> {
         Error::new(&*name, Place::File, ErrorKind::Io { doing: "read the file", source })
     })?;
     if format == Format::Bvh {
-        return read_bvh(&bytes, &name, &BvhOptions::default());
+        return read_bvh(&bytes, &name, &BvhOptions { scale, ..BvhOptions::default() });
     }
     if format == Format::Urdf {
         return urdf::read::read(&bytes, &name);

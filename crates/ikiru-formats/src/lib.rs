@@ -46,7 +46,7 @@ pub use bvh::write::{write_bvh_clip, write_bvh_pose};
 pub use bvh::{BvhOptions, PositionChannels};
 pub use collision::{CollisionShape, ShapeKind};
 pub use error::{Error, ErrorKind, Place};
-pub use file::{read, read_glb, read_gltf, read_urdf, save};
+pub use file::{read, read_glb, read_gltf, read_scaled, read_urdf, save};
 pub use gltf::write::write_posed_glb;
 pub use gltf::write_animation::write_animated_glb;
 pub use json::pose_json;

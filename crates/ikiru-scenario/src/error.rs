@@ -106,7 +106,7 @@ pub enum ErrorKind {
     #[error("method '{0}' is not available yet in this build: use 'lm' or 'adam'")]
     NotAvailable(&'static str),
     /// A scale for a format that knows its unit.
-    #[error("'scale' is {0}: glTF and VRM files are in metres, expected 1 or no scale at all")]
+    #[error("'scale' is {0}: glTF, VRM and URDF files are in metres, expected 1 or no scale at all")]
     Scale(f64),
     /// The rig cannot be read.
     #[error("the rig cannot be read")]

@@ -35,8 +35,8 @@
 //! | `method` | `"lm"` or `"adam"` | `"lm"` |
 //! | `active` | joints that may move, by name or humanoid role | all that can move |
 //! | `root` | `"free"`: the topmost joint that moves also translates | it does not |
-//! | `scale` | metres in a unit of the file, for formats that do not say; glTF is in metres: 1 | 1 |
-//! | `world` | `"scene"` or `"file"`: whose axes targets are in; the same for glTF | `"scene"` |
+//! | `scale` | metres in a unit of the file, for formats that do not say; BVH | 1 |
+//! | `world` | `"scene"` or `"file"`: whose axes targets are in: y up and facing +z, or those of a URDF or VRM 0.x file | `"scene"` |
 //! | `[limits.NAME]` | `min_deg`, `max_deg`: ranges of the angles (x, y, z) of `Rz·Ry·Rx`; or `axis`, `swing_deg`, `twist_deg`: a cone, twist ±180 unless given | as the rig has it |
 //! | `[start]` | `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]` | the rest pose |
 //! | `[[objective]]` | `kind` and its keys, below | an error |

@@ -3,7 +3,8 @@
 use glam::DQuat;
 use ikiru_rig::{EulerOrder, JointId, Rig};
 use ikiru_solve::objectives::{
-    Direction, Gaze, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
+    Apart, Direction, Distance, Gaze, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget, Position,
+    RelativePose, RestPose,
 };
 use ikiru_solve::{Loss, Objective, Problem, TermId, Tolerance};
 
@@ -11,8 +12,18 @@ use crate::error::{Error, ErrorKind};
 use crate::table::{Table, Value};
 use crate::values::{joint, joint_angles, joint_of_key, name_of};
 
-const KINDS: [&str; 7] =
-    ["position", "orientation", "pose", "look_at", "direction", "known_rotation", "rest_pose"];
+const KINDS: [&str; 10] = [
+    "position",
+    "orientation",
+    "pose",
+    "look_at",
+    "direction",
+    "relative_pose",
+    "distance",
+    "pole_vector",
+    "known_rotation",
+    "rest_pose",
+];
 
 /// One `[[objective]]` of a scenario, in the order of the text, which is that of the problem's terms.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +50,12 @@ pub enum TermHandle {
     LookAt(TermId<LookAt>),
     /// `direction`
     Direction(TermId<Direction>),
+    /// `relative_pose`
+    RelativePose(TermId<RelativePose>),
+    /// `distance`
+    Distance(TermId<Distance>),
+    /// `pole_vector`
+    PoleVector(TermId<PoleVector>),
     /// `known_rotation`
     KnownRotation(TermId<KnownRotation>),
     /// `rest_pose`
@@ -55,6 +72,9 @@ impl TermHandle {
             Self::Pose(id) => id.index(),
             Self::LookAt(id) => id.index(),
             Self::Direction(id) => id.index(),
+            Self::RelativePose(id) => id.index(),
+            Self::Distance(id) => id.index(),
+            Self::PoleVector(id) => id.index(),
             Self::KnownRotation(id) => id.index(),
             Self::RestPose(id) => id.index(),
         }
@@ -98,6 +118,11 @@ fn keys(kind: &str) -> &'static [&'static str] {
         "pose" => &["joint", "point", "target", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"],
         "look_at" => &["joint", "axis", "target", "length", "offset_from_tip", "tolerance_deg"],
         "direction" => &["joint", "axis", "target", "tolerance_deg"],
+        "relative_pose" => {
+            &["joint", "base", "position", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"]
+        }
+        "distance" => &["joints", "points", "exactly", "at_least", "at_most", "tolerance"],
+        "pole_vector" => &["joints", "target", "tolerance_deg"],
         _ => &["joints", "tolerance_deg"],
     }
 }
@@ -153,6 +178,60 @@ fn add(
             let target = table.require("target", "a direction of the world, [x, y, z]")?.direction()?;
             let id = common.add(problem, Direction { joint, axis, target, loss });
             (Some(joint), TermHandle::Direction(id))
+        }
+        "relative_pose" => {
+            let joint = named_joint()?;
+            let base = self::joint(rig, &table.require("base", "the joint that it is seen from")?)?;
+            let position = table.get("position").map(|v| v.vector()).transpose()?;
+            let turned = table.get("target_rotation").is_some() || table.get("euler_deg").is_some();
+            let turn = turned.then(|| rotation(table)).transpose()?;
+            if position.is_none() && turn.is_none() {
+                let keys = ["position", "target_rotation", "euler_deg"];
+                return Err(alternatives(
+                    table,
+                    &keys,
+                    "a 'position' in the base's frame (metres), a rotation, or both",
+                ));
+            }
+            let objective = RelativePose { loss, ..RelativePose::new(base, joint, position, turn) };
+            (Some(joint), TermHandle::RelativePose(common.add(problem, objective)))
+        }
+        "distance" => {
+            let joints = these_joints::<2>(rig, table)?;
+            let bounds = ["exactly", "at_least", "at_most"].map(|key| table.get(key));
+            let metres = |v: &Value<'_>| v.number_that(|n| n >= 0.0, "metres, at least 0");
+            let apart = match &bounds {
+                [Some(v), None, None] => Apart::Exactly(metres(v)?),
+                [None, Some(v), None] => Apart::AtLeast(metres(v)?),
+                [None, None, Some(v)] => Apart::AtMost(metres(v)?),
+                _ => {
+                    let keys = ["exactly", "at_least", "at_most"];
+                    return Err(alternatives(
+                        table,
+                        &keys,
+                        "one of 'exactly', 'at_least' or 'at_most' (metres)",
+                    ));
+                }
+            };
+            let mut objective = Distance { loss, ..Distance::new(joints, apart) };
+            if let Some(points) = table.get("points") {
+                let list = points.list("two points, each in its joint's frame, [[x, y, z], [x, y, z]]")?;
+                let [a, b] = &list[..] else {
+                    let kind = ErrorKind::Length {
+                        key: points.key.clone(),
+                        found: list.len(),
+                        expected: "two points",
+                    };
+                    return Err(points.error(kind));
+                };
+                objective.points = [a.vector()?, b.vector()?];
+            }
+            (None, TermHandle::Distance(common.add(problem, objective)))
+        }
+        "pole_vector" => {
+            let joints = these_joints::<3>(rig, table)?;
+            let target = table.require("target", TARGET)?.vector()?;
+            (Some(joints[1]), TermHandle::PoleVector(common.add(problem, PoleVector { joints, target })))
         }
         "known_rotation" => {
             let given = table.require("joints", "a table of joints, { NAME = { euler_deg = [x, y, z] } }")?;
@@ -216,7 +295,7 @@ fn common(table: &Table<'_>, kind: &str) -> Result<Common, Error> {
 }
 
 fn loss(value: &Value<'_>, kind: &str) -> Result<Loss, Error> {
-    let only_squared = matches!(kind, "known_rotation" | "rest_pose");
+    let only_squared = matches!(kind, "known_rotation" | "rest_pose" | "pole_vector");
     if only_squared {
         value.word("loss", &["squared"])?;
         return Ok(Loss::Squared);
@@ -265,6 +344,15 @@ fn gaze(table: &Table<'_>) -> Result<Gaze, Error> {
 fn alternatives(table: &Table<'_>, keys: &[&str], expected: &'static str) -> Error {
     let kind = ErrorKind::Alternatives { place: table.place.clone(), found: table.present(keys), expected };
     table.error(kind)
+}
+
+/// The joints of `joints`, of which there must be so many.
+fn these_joints<const N: usize>(rig: &Rig, table: &Table<'_>) -> Result<[JointId; N], Error> {
+    let expected = if N == 2 { "two joints" } else { "three joints: root, middle and end of the limb" };
+    let list = table.require("joints", expected)?;
+    let joints = list.list(expected)?.iter().map(|value| joint(rig, value)).collect::<Result<Vec<_>, _>>()?;
+    let found = joints.len();
+    joints.try_into().map_err(|_| list.error(ErrorKind::Length { key: list.key.clone(), found, expected }))
 }
 
 /// A list of joints, each of which can stand there once.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
 use ikiru_rig::{JointId, Motion, Pose, Rig};
-use ikiru_solve::objectives::{Gaze, JointAngles};
+use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
 use ikiru_solve::{
     AdamOptions, Method, Objective, Problem, Report, Search, Solver, SolverOptions, Workspace,
 };
@@ -41,6 +41,8 @@ pub struct Scenario {
     pub objectives: Vec<ScenarioObjective>,
     /// What is odd without being wrong.
     pub warnings: Vec<Warning>,
+    /// From the axes in which targets are given to the rig's world.
+    world_from_targets: DQuat,
 }
 
 /// Why a target was not changed.
@@ -108,27 +110,37 @@ impl Scenario {
         }
     }
 
+    /// From the axes in which targets are given (the scenario's `world`) to the rig's world; the identity unless
+    /// it says `file` and the file has axes of its own.
+    #[must_use]
+    pub fn world_from_targets(&self) -> DQuat {
+        self.world_from_targets
+    }
+
     /// Moves a target: the point of a `position`, `pose` or `look_at` (which then looks at a point of the world), the
-    /// direction of a `direction`. That it is finite is checked when a solve starts.
+    /// direction of a `direction`, the point of a `pole_vector`; in the axes that the scenario's `world` says. That it is finite is checked when a solve starts.
     ///
     /// # Errors
     /// When there is no such objective, or it aims at no point.
     pub fn set_target(&mut self, objective: usize, target: DVec3) -> Result<(), TargetError> {
+        let target = self.world_from_targets * target;
         match self.handle(objective)? {
             TermHandle::Position(id) => self.problem[id].target = target,
             TermHandle::Pose(id) => self.problem[id].position = target,
             TermHandle::LookAt(id) => self.problem[id].gaze = Gaze::Point(target),
             TermHandle::Direction(id) => self.problem[id].target = target,
+            TermHandle::PoleVector(id) => self.problem[id].target = target,
             _ => return Err(self.no_target(objective, "point")),
         }
         Ok(())
     }
 
-    /// Changes the rotation that an `orientation` or `pose` aims at.
+    /// Changes the rotation that an `orientation` or `pose` aims at, in the axes that the scenario's `world` says.
     ///
     /// # Errors
     /// When there is no such objective, or it aims at no rotation.
     pub fn set_target_rotation(&mut self, objective: usize, rotation: DQuat) -> Result<(), TargetError> {
+        let rotation = self.world_from_targets * rotation;
         match self.handle(objective)? {
             TermHandle::Orientation(id) => self.problem[id].target = rotation,
             TermHandle::Pose(id) => self.problem[id].rotation = rotation,
@@ -158,15 +170,28 @@ impl Scenario {
     #[must_use]
     pub fn target_json(&self, objective: usize) -> Json {
         let problem = &self.problem;
+        let targets_from_world = self.world_from_targets.inverse();
+        let point = |p: DVec3| json!((targets_from_world * p).to_array());
+        let turn = |q: DQuat| json!((targets_from_world * q).to_array());
         match self.objectives.get(objective).map(|o| o.term) {
-            Some(TermHandle::Position(id)) => json!(problem[id].target.to_array()),
-            Some(TermHandle::Pose(id)) => json!(problem[id].position.to_array()),
-            Some(TermHandle::Orientation(id)) => json!(problem[id].target.to_array()),
-            Some(TermHandle::Direction(id)) => json!(problem[id].target.to_array()),
+            Some(TermHandle::Position(id)) => point(problem[id].target),
+            Some(TermHandle::Pose(id)) => point(problem[id].position),
+            Some(TermHandle::Orientation(id)) => turn(problem[id].target),
+            Some(TermHandle::Direction(id)) => point(problem[id].target),
+            Some(TermHandle::PoleVector(id)) => point(problem[id].target),
+            Some(TermHandle::RelativePose(id)) => {
+                let RelativePose { position, rotation, .. } = &problem[id];
+                json!({ "position": position.map(|p| p.to_array()), "rotation": rotation.map(|q| q.to_array()) })
+            }
+            Some(TermHandle::Distance(id)) => match problem[id].apart {
+                Apart::Exactly(d) => json!({ "exactly": d }),
+                Apart::AtLeast(d) => json!({ "at_least": d }),
+                Apart::AtMost(d) => json!({ "at_most": d }),
+            },
             Some(TermHandle::LookAt(id)) => match problem[id].gaze {
-                Gaze::Point(point) => json!(point.to_array()),
+                Gaze::Point(at) => point(at),
                 Gaze::OffsetFromTip { length, offset } => {
-                    json!({ "length": length, "offset_from_tip": offset.to_array() })
+                    json!({ "length": length, "offset_from_tip": point(offset) })
                 }
             },
             Some(TermHandle::KnownRotation(id)) => {
@@ -194,9 +219,10 @@ impl Scenario {
 
 fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error> {
     let method = method(table)?;
-    if let Some(world) = table.get("world") {
-        world.word("world", &["scene", "file"])?;
-    }
+    let in_file = match table.get("world") {
+        Some(world) => world.word("world", &["scene", "file"])? == "file",
+        None => false,
+    };
     let solver = Solver::new(stop(table, method)?);
     let (loaded, rig_value) = read_rig(table, folder)?;
     let rig = limited(&loaded.rig, table)?;
@@ -217,8 +243,47 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     }
     let start = start(&rig, table, &mut warnings)?;
     let objectives = add_all(&rig, &active, table, &mut problem)?;
+    let world_from_targets = if in_file { loaded.world_from_file() } else { DQuat::IDENTITY };
+    for objective in &objectives {
+        turn_target(&mut problem, objective.term, world_from_targets);
+    }
     warn_of_what_nothing_moves(&rig, &problem, &objectives, &mut warnings);
-    Ok(Scenario { name: name.to_owned(), loaded, rig, problem, solver, start, active, objectives, warnings })
+    let name = name.to_owned();
+    Ok(Scenario {
+        name,
+        loaded,
+        rig,
+        problem,
+        solver,
+        start,
+        active,
+        objectives,
+        warnings,
+        world_from_targets,
+    })
+}
+
+/// Takes a target from the axes that the scenario gives it in to the rig's world.
+fn turn_target(problem: &mut Problem, term: TermHandle, turn: DQuat) {
+    match term {
+        TermHandle::Position(id) => problem[id].target = turn * problem[id].target,
+        TermHandle::Orientation(id) => problem[id].target = turn * problem[id].target,
+        TermHandle::Pose(id) => {
+            problem[id].position = turn * problem[id].position;
+            problem[id].rotation = turn * problem[id].rotation;
+        }
+        TermHandle::LookAt(id) => match &mut problem[id].gaze {
+            Gaze::Point(at) => *at = turn * *at,
+            Gaze::OffsetFromTip { offset, .. } => *offset = turn * *offset,
+        },
+        TermHandle::Direction(id) => problem[id].target = turn * problem[id].target,
+        TermHandle::PoleVector(id) => problem[id].target = turn * problem[id].target,
+        // These are about joints alone.
+        TermHandle::RelativePose(_)
+        | TermHandle::Distance(_)
+        | TermHandle::KnownRotation(_)
+        | TermHandle::RestPose(_) => {}
+    }
 }
 
 fn method(table: &Table<'_>) -> Result<Method, Error> {
@@ -231,17 +296,20 @@ fn method(table: &Table<'_>) -> Result<Method, Error> {
 }
 
 fn read_rig<'a>(table: &Table<'a>, folder: &Path) -> Result<(Loaded, Value<'a>), Error> {
-    const EXPECTED: &str = "'builtin:human', 'builtin:reference', or the path of a .glb, .gltf or .vrm file";
+    const EXPECTED: &str =
+        "'builtin:human', 'builtin:reference', or the path of a .glb, .gltf, .vrm, .bvh or .urdf file";
     let value = table.require("rig", EXPECTED)?;
     let rig = value.text(EXPECTED)?;
     let path = if rig.starts_with("builtin:") { Path::new(rig).to_owned() } else { folder.join(rig) };
-    let loaded = ikiru_formats::read(path).map_err(|e| value.error(ErrorKind::Rig(e)))?;
+    let mut factor = 1.0;
     if let Some(scale) = table.get("scale") {
-        let factor = scale.number_that(|n| n > 0.0, "a number above 0")?;
-        if factor != 1.0 {
+        factor = scale.number_that(|n| n > 0.0, "a number above 0")?;
+        let has_no_unit = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bvh"));
+        if factor != 1.0 && !has_no_unit {
             return Err(scale.error(ErrorKind::Scale(factor)));
         }
     }
+    let loaded = ikiru_formats::read_scaled(path, factor).map_err(|e| value.error(ErrorKind::Rig(e)))?;
     Ok((loaded, value))
 }
 

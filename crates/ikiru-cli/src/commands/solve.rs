@@ -12,7 +12,7 @@ use crate::failure::{Failure, Outcome};
 use crate::{json, output, report};
 
 pub(crate) fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
-    if has_ending(&args.scenario, &["glb", "gltf", "vrm"]) {
+    if has_ending(&args.scenario, &["glb", "gltf", "vrm", "bvh", "urdf"]) {
         let path = args.scenario.display();
         return Err(Failure::input(anyhow!(
             "{path} is a rig, not a scenario: expected a .toml file that names it, rig = \"{path}\"; \

@@ -23,7 +23,8 @@ pub enum Apart {
 /// no direction to part in: the derivative is then 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {
-    joints: [JointId; 2],
+    /// The two joints.
+    pub joints: [JointId; 2],
     /// The points, each in its joint's frame (metres).
     pub points: [DVec3; 2],
     /// How far apart they should be.

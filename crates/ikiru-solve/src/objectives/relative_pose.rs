@@ -15,7 +15,7 @@ use crate::objectives::position::check_target;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativePose {
     /// The joint whose frame the other is seen from, then the joint to hold.
-    joints: [JointId; 2],
+    pub joints: [JointId; 2],
     /// Where the second joint's origin should be, in the first's frame (metres).
     pub position: Option<DVec3>,
     /// How the second joint's frame should be turned in the first's; any length but 0.
