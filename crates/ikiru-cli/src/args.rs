@@ -10,6 +10,7 @@ Examples:
   ikiru inspect avatar.vrm                    show joints, limits, roles and clips
   ikiru solve reach.toml --out posed.glb      solve, write the posed character
   ikiru solve reach.toml --json | jq .cost    the same for programs
+  ikiru convert walk.bvh walk.glb --onto avatar.vrm    a motion onto a character
 
 Exit status: 0 reached, 1 best effort below the bar (the report says why), 2 bad input,
 3 could not write.";
@@ -30,6 +31,8 @@ pub(crate) enum Command {
     Inspect(InspectArgs),
     /// Solve a scenario and report every objective
     Solve(SolveArgs),
+    /// Take a rig or motion from one format to another, or a motion onto another character
+    Convert(ConvertArgs),
 }
 
 #[derive(Debug, Group)]
@@ -47,8 +50,11 @@ pub(crate) struct DemoArgs {
     after_help = "Examples:\n  ikiru inspect builtin:human\n  ikiru inspect avatar.vrm --json | jq '.joints[].role'"
 )]
 pub(crate) struct InspectArgs {
-    /// A .glb, .gltf or .vrm file, or builtin:human, builtin:reference
+    /// A .glb, .gltf, .vrm, .vrma, .bvh or .urdf file, or builtin:human, builtin:reference
     pub(crate) rig: PathBuf,
+    /// Humanoid roles that count more than those found: lines such as leftHand = "Bip01_Hand.L"
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) roles: Option<PathBuf>,
     /// Print everything as one JSON object
     #[arg(long)]
     pub(crate) json: bool,
@@ -74,6 +80,28 @@ pub(crate) struct SolveArgs {
     /// Where the pose goes: .glb (posed, skinned), .bvh or .json (joint rotations)
     #[arg(long, value_name = "FILE", value_parser = parse_out)]
     pub(crate) out: Option<Out>,
+}
+
+#[derive(Debug, Group)]
+#[command(after_help = "\
+Examples:
+  ikiru convert walk.bvh walk.vrma                       for any VRM avatar
+  ikiru convert walk.bvh walk.glb --onto avatar.vrm      on that avatar, skinned and animated
+  ikiru convert avatar.vrm skeleton.bvh                  its skeleton at rest")]
+pub(crate) struct ConvertArgs {
+    /// A .glb, .gltf, .vrm, .vrma, .bvh or .urdf file, or builtin:human, builtin:reference
+    pub(crate) input: PathBuf,
+    /// A .glb (only from or onto a glTF or VRM file), .bvh or .vrma file
+    pub(crate) output: PathBuf,
+    /// The character that the motion goes onto, through humanoid roles
+    #[arg(long, value_name = "RIG")]
+    pub(crate) onto: Option<PathBuf>,
+    /// Which motion, where there are several; the first one otherwise
+    #[arg(long, value_name = "NAME")]
+    pub(crate) clip: Option<String>,
+    /// Humanoid roles that count more than those found in the input
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) roles: Option<PathBuf>,
 }
 
 /// A file to write and how, which its ending decides.

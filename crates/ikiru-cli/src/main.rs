@@ -6,6 +6,7 @@ mod failure;
 mod json;
 mod output;
 mod report;
+mod roles;
 
 use std::process::ExitCode;
 
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         Command::Demo(demo) => commands::demo::run(&demo),
         Command::Inspect(inspect) => commands::inspect::run(&inspect),
         Command::Solve(solve) => commands::solve::run(&solve),
+        Command::Convert(convert) => commands::convert::run(&convert),
     };
     match done {
         Ok(outcome) => outcome.exit_code(),

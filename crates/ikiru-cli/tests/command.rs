@@ -206,3 +206,60 @@ fn the_command_gives_what_the_library_gives() {
     let pose = ikiru_formats::pose_json(&pose, &scenario.active).to_string();
     assert!(run.stdout.contains(&format!("\"pose\":{pose}}}")), "{pose} is not in {}", run.stdout);
 }
+
+#[test]
+fn a_motion_goes_from_format_to_format_and_onto_a_character() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let data = |name: &str| format!("{}/../ikiru-formats/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    let walk = data("mocap/cmu_01_01_30fps.bvh");
+    for (input, output, onto) in [
+        (&walk, at("walk.vrma"), None),
+        (&walk, at("walk.glb"), Some("builtin:human".to_owned())),
+        (&at("walk.vrma"), at("again.bvh"), Some(data("mh_female_mixamo.glb"))),
+        (&data("mh_female_mixamo.glb"), at("rest.bvh"), None),
+    ] {
+        let mut args = vec!["convert".to_owned(), input.clone(), output.clone()];
+        args.extend(onto.map(|rig| ["--onto".to_owned(), rig]).into_iter().flatten());
+        let run = Command::new(env!("CARGO_BIN_EXE_ikiru")).args(&args).output().unwrap();
+        assert!(run.status.success(), "{args:?}: {}", String::from_utf8_lossy(&run.stderr));
+    }
+    // The walk is 22.9 s long wherever it went, and the figure on the character walks as far as its legs are long.
+    let animated = ikiru_formats::read(at("walk.glb")).unwrap();
+    assert!((animated.clips[0].duration_secs() - 22.9).abs() < 0.05);
+    let again = ikiru_formats::read(at("again.bvh")).unwrap();
+    assert!((again.clips[0].duration_secs() - 22.9).abs() < 0.05);
+    // A .bvh file has no skin: the error says what to do.
+    let run =
+        Command::new(env!("CARGO_BIN_EXE_ikiru")).args(["convert", &walk, &at("bare.glb")]).output().unwrap();
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("--onto"));
+}
+
+#[test]
+fn roles_of_a_file_count_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let roles = folder.path().join("roles.toml");
+    let inspect = |text: &str| {
+        std::fs::write(&roles, text).unwrap();
+        Command::new(env!("CARGO_BIN_EXE_ikiru"))
+            .args(["inspect", "builtin:human", "--json", "--roles", &roles.display().to_string()])
+            .output()
+            .unwrap()
+    };
+    let run = inspect("jaw = \"hand_l\"\n");
+    let json: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let hand = json["joints"].as_array().unwrap().iter().find(|j| j["name"] == "hand_l").unwrap().clone();
+    assert_eq!(hand["role"], "jaw");
+    for (text, word) in
+        [("jaw = \"hand_x\"\n", "hand_l"), ("jow = \"hand_l\"\n", "jaw"), ("jaw = 3\n", "leftHand =")]
+    {
+        let run = inspect(text);
+        assert_eq!(run.status.code(), Some(2), "{text}");
+        assert!(
+            String::from_utf8_lossy(&run.stderr).contains(word),
+            "{}",
+            String::from_utf8_lossy(&run.stderr)
+        );
+    }
+}

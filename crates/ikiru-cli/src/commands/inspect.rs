@@ -9,6 +9,7 @@ use ikiru_rig::{Cone, JointId, Motion, Range, Rig, Role};
 use crate::args::{InspectArgs, has_ending};
 use crate::failure::{Failure, Outcome};
 use crate::report::short;
+use crate::roles::read_with_roles;
 use crate::{json, output};
 
 /// Deeper branches are drawn at this depth: a chain of ten thousand joints stays readable.
@@ -18,10 +19,10 @@ pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     if has_ending(&args.rig, &["toml"]) {
         let path = args.rig.display();
         return Err(Failure::input(anyhow!(
-            "{path} is a scenario, not a rig: expected a .glb, .gltf or .vrm file; 'ikiru solve {path}' solves it"
+            "{path} is a scenario, not a rig: expected a .glb, .gltf, .vrm, .bvh or .urdf file; 'ikiru solve {path}' solves it"
         )));
     }
-    let loaded = ikiru_formats::read(&args.rig).map_err(Failure::input)?;
+    let loaded = read_with_roles(&args.rig, args.roles.as_deref())?;
     if args.json {
         output::print(&format!("{}\n", json::inspected(&loaded)))?;
     } else {
@@ -64,6 +65,11 @@ fn text(loaded: &Loaded) -> String {
         let _ = writeln!(text, "clip {name}: {:.2} s, {} frames", clip.duration_secs(), clip.poses().len());
     }
     let n_roles = rig.joints().iter().filter(|j| j.role.is_some()).count();
+    let missing: Vec<&str> =
+        Role::REQUIRED.into_iter().filter(|r| rig.role(*r).is_none()).map(Role::name).collect();
+    if n_roles > 0 && !missing.is_empty() {
+        let _ = writeln!(text, "\nof the 15 roles that VRM requires, no joint is {}", missing.join(", "));
+    }
     let n_moving = rig.joints().iter().filter(|j| j.n_dofs() > 0).count();
     let _ = writeln!(
         text,

@@ -1,0 +1,77 @@
+//! `ikiru convert IN OUT`: a rig or motion from one format to another, and onto another character.
+
+use anyhow::{Context, anyhow};
+use ikiru_formats::{
+    Loaded, save, write_animated_glb, write_bvh_clip, write_bvh_pose, write_posed_glb, write_vrma,
+};
+use ikiru_rig::Clip;
+use ikiru_rig::humanoid::{Reference, transfer};
+
+use crate::args::{ConvertArgs, has_ending};
+use crate::failure::{Failure, Outcome};
+use crate::output;
+use crate::roles::read_with_roles;
+
+pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
+    let expected = "expected .glb, .bvh or .vrma";
+    if !has_ending(&args.output, &["glb", "bvh", "vrma"]) {
+        let path = args.output.display();
+        return Err(Failure::input(anyhow!(
+            "{path} does not end in a format that can be written: {expected}"
+        )));
+    }
+    let loaded = read_with_roles(&args.input, args.roles.as_deref())?;
+    for warning in &loaded.warnings {
+        output::note(format!("warning: {warning}"));
+    }
+    let clip = chosen_clip(&loaded, args)?;
+    let (loaded, clip) = match &args.onto {
+        None => (loaded, clip),
+        Some(onto) => {
+            let target = ikiru_formats::read(onto).map_err(Failure::input)?;
+            let Some(clip) = clip else {
+                let path = args.input.display();
+                return Err(Failure::input(anyhow!("{path} has no motion to bring onto {}", onto.display())));
+            };
+            // Characters that rest with their arms down and others that rest in a T meet in the T.
+            let moved = transfer(&clip, &target.rig, Reference::TPose)
+                .with_context(|| format!("the motion does not fit {}", onto.display()))
+                .map_err(Failure::input)?;
+            (target, Some(moved))
+        }
+    };
+    let bytes = written(&loaded, clip.as_ref(), args)?;
+    save(&args.output, &bytes).map_err(Failure::write)?;
+    output::print(&format!("wrote {}\n", output::printable(&args.output.display().to_string())))?;
+    Ok(Outcome::Reached)
+}
+
+/// The motion that was asked for by name, or the first.
+fn chosen_clip(loaded: &Loaded, args: &ConvertArgs) -> Result<Option<Clip>, Failure> {
+    let Some(wanted) = &args.clip else { return Ok(loaded.clips.first().cloned()) };
+    let found = loaded.clips.iter().find(|clip| clip.name() == wanted);
+    found.cloned().map(Some).ok_or_else(|| {
+        let unknown = ikiru_rig::unknown_name(wanted, loaded.clips.iter().map(Clip::name));
+        Failure::input(anyhow!("{}: of its {} clips, {unknown}", args.input.display(), loaded.clips.len()))
+    })
+}
+
+fn written(loaded: &Loaded, clip: Option<&Clip>, args: &ConvertArgs) -> Result<Vec<u8>, Failure> {
+    let rest = loaded.rig.rest_pose();
+    let bytes = if has_ending(&args.output, &["bvh"]) {
+        clip.map_or_else(|| write_bvh_pose(loaded, &rest), |clip| write_bvh_clip(loaded, clip))
+    } else if has_ending(&args.output, &["vrma"]) {
+        let clip = clip.ok_or_else(|| {
+            Failure::input(anyhow!("{} has no motion, and a .vrma file is one", args.input.display()))
+        })?;
+        write_vrma(clip)
+    } else {
+        clip.map_or_else(|| write_posed_glb(loaded, &rest), |clip| write_animated_glb(loaded, clip))
+    };
+    let advice = format!(
+        "{} cannot be written from {}; '--onto CHARACTER.glb' brings a motion onto a body with a skin",
+        args.output.display(),
+        args.input.display()
+    );
+    bytes.context(advice).map_err(Failure::input)
+}
