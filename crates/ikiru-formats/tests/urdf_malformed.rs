@@ -97,7 +97,9 @@ fn files_of_another_kind() {
     assert!(message.starts_with("no_such_file.urdf: cannot read the file"), "{message}");
     let message = read("robot.xacro").unwrap_err().to_string();
     assert!(
-        message.contains("'.xacro' is not one that can be read: expected .glb, .gltf, .vrm, .vrma, .bvh or .urdf"),
+        message.contains(
+            "'.xacro' is not one that can be read: expected .glb, .gltf, .vrm, .vrma, .bvh or .urdf"
+        ),
         "{message}"
     );
 }
