@@ -29,7 +29,7 @@ pub enum RoleMapError {
 }
 
 impl RigBuilder {
-    /// Replaces all roles by those that the joints' names tell (see [`assign`]). Of a skeleton that is no
+    /// Replaces all roles by those that the joints' names tell (see [`assign`](crate::humanoid::assign)). Of a skeleton that is no
     /// humanoid, no joint has a role then.
     pub fn assign_roles(&mut self) -> Assignment {
         let assignment = of_joints(self.joints());
