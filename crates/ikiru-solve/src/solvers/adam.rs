@@ -51,7 +51,7 @@ impl Adam {
         self.best.copy_from_slice(&state.coords);
         let (mut power1, mut power2) = (1.0, 1.0);
         let stop = loop {
-            if bar.is_met(plan, problem, state, cost) {
+            if bar.is_met(cost) {
                 break StopReason::Reached;
             }
             if let Some(stop) = budget.spend() {

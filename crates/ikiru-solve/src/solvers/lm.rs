@@ -48,7 +48,7 @@ impl Lm {
         let (mut damping, mut scale) = (0.0, 0.0);
         let mut patience = bar.patience(cost);
         'accepted: loop {
-            if bar.is_met(plan, problem, state, cost) {
+            if bar.is_met(cost) {
                 return Outcome { cost, stop: StopReason::Reached, is_evaluated: true };
             }
             state.linearize(plan, problem, false);

@@ -35,7 +35,7 @@ impl Bar {
     /// Whether the solve may end here. Without `cost_below` only a pose that meets every term exactly, within
     /// rounding, ends it early: otherwise it goes on until it converges.
     #[inline]
-    pub(crate) fn is_met(&self, _plan: &Plan, _problem: &Problem, _state: &State, cost: f64) -> bool {
+    pub(crate) fn is_met(&self, cost: f64) -> bool {
         match self.cost_below {
             Some(bar) => cost < bar,
             None => cost < 1e-24,
