@@ -32,7 +32,7 @@
 //! |---|---|---|
 //! | `version` | 1 | an error |
 //! | `rig` | `"builtin:human"`, `"builtin:reference"`, or a path, from the scenario's folder | an error |
-//! | `method` | `"lm"` or `"adam"` | `"lm"` |
+//! | `method` | `"lm"`, `"adam"`, `"ccd"`, `"fabrik"`, or `"ipopt"` where the build has it | `"lm"` |
 //! | `active` | joints that may move, by name or humanoid role | all that can move |
 //! | `root` | `"free"`: the topmost joint that moves also translates | it does not |
 //! | `scale` | metres in a unit of the file, for formats that do not say; BVH | 1 |

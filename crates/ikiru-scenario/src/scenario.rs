@@ -7,9 +7,7 @@ use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
 use ikiru_rig::{JointId, Motion, Pose, Rig};
 use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
-use ikiru_solve::{
-    AdamOptions, Method, Objective, Problem, Report, Search, Solver, SolverOptions, Workspace,
-};
+use ikiru_solve::{Method, Objective, Problem, Report, Search, Solver, SolverOptions, Workspace};
 use serde_json::{Map, Value as Json, json};
 use toml::de::DeTable;
 
@@ -104,10 +102,7 @@ impl Scenario {
     /// The method, as the scenario names it.
     #[must_use]
     pub fn method(&self) -> &'static str {
-        match self.solver.options().method {
-            Method::Lm => "lm",
-            Method::Adam(_) => "adam",
-        }
+        self.solver.options().method.name()
     }
 
     /// From the axes in which targets are given (the scenario's `world`) to the rig's world; the identity unless
@@ -288,11 +283,8 @@ fn turn_target(problem: &mut Problem, term: TermHandle, turn: DQuat) {
 
 fn method(table: &Table<'_>) -> Result<Method, Error> {
     let Some(value) = table.get("method") else { return Ok(Method::Lm) };
-    match value.word("method", &METHODS)? {
-        "lm" => Ok(Method::Lm),
-        "adam" => Ok(Method::Adam(AdamOptions::default())),
-        other => Err(value.error(ErrorKind::NotAvailable(other))),
-    }
+    let name = value.word("method", &METHODS)?;
+    Method::from_name(name).ok_or_else(|| value.error(ErrorKind::NotAvailable(name)))
 }
 
 fn read_rig<'a>(table: &Table<'a>, folder: &Path) -> Result<(Loaded, Value<'a>), Error> {

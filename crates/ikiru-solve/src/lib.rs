@@ -20,7 +20,7 @@ mod state;
 pub mod objectives;
 
 pub use check::{CheckError, check_jacobian};
-pub use objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+pub use objective::{Inputs, Loss, Objective, Part, Reach, Rows, Unit};
 pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub use problem::{Problem, TermId, Tolerance};
 pub use report::{ActiveLimit, Invalid, LimitKind, Obstacle, Report, StopReason, TermReport};

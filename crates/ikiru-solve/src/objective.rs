@@ -2,6 +2,7 @@
 
 use std::fmt::Debug;
 
+use glam::DVec3;
 use ikiru_rig::{Dual, Frame, JointId, Motion};
 
 /// The shape put on a part's residual: how its length `‖r‖` becomes cost.
@@ -94,6 +95,18 @@ pub struct Part {
     pub n_rows: usize,
     /// Their unit.
     pub unit: Unit,
+}
+
+/// A point of a joint that an objective wants at a place: what a method that reaches for points (CCD,
+/// FABRIK) sees of the objective.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// The position of the joint in [`Objective::joints`].
+    pub joint: usize,
+    /// The point, in the joint's frame (metres).
+    pub point: DVec3,
+    /// Where it should be, in the world (metres).
+    pub target: DVec3,
 }
 
 /// What an objective sees when it is evaluated.
@@ -195,6 +208,12 @@ pub trait Objective: Debug + Send + Sync + 'static {
         derivative: Option<&mut [f64]>,
     ) {
         let _ = (idx, motion, coords, residual, derivative);
+    }
+
+    /// The point that it wants at a place. Most objectives want none; those that do give it here, so that CCD
+    /// and FABRIK can reach for it.
+    fn reach(&self) -> Option<Reach> {
+        None
     }
 
     /// A text for people: what the objective aims at.

@@ -4,12 +4,43 @@ use std::time::Duration;
 
 /// How a single start is improved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Method {
     /// Bounded Levenberg–Marquardt: second order, limits by an active set.
     #[default]
     Lm,
     /// The paper's cautious Adam (equations 8 to 15), to compare with.
     Adam(AdamOptions),
+    /// Cyclic coordinate descent: one degree of freedom after the other, tips first, each to the best value inside
+    /// its limits; one iteration is one sweep. A baseline (Wang and Chen, 1991).
+    Ccd,
+    /// Forward and backward reaching (Aristidou and Lasenby, 2011) on chains and trees, brought back inside the
+    /// limits in every iteration. It sees the points that objectives want at places
+    /// ([`Objective::reach`](crate::Objective::reach)) and nothing else; the cost judges. A baseline.
+    Fabrik,
+}
+
+impl Method {
+    /// Every method of this build, with its default settings.
+    pub const ALL: &[Self] = &[Self::Lm, Self::ADAM, Self::Ccd, Self::Fabrik];
+    const ADAM: Self = Self::Adam(AdamOptions::DEFAULT);
+
+    /// One lower-case word, as scenarios and the command name it.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Lm => "lm",
+            Self::Adam(_) => "adam",
+            Self::Ccd => "ccd",
+            Self::Fabrik => "fabrik",
+        }
+    }
+
+    /// The method of that [`name`](Self::name), with its default settings; `None` where this build has none.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|m| m.name() == name).copied()
+    }
 }
 
 /// The settings of [`Method::Adam`]; the defaults are those of the paper's authors.
@@ -25,9 +56,13 @@ pub struct AdamOptions {
     pub epsilon: f64,
 }
 
+impl AdamOptions {
+    const DEFAULT: Self = Self { rate: 0.1, beta1: 0.9, beta2: 0.999, epsilon: 1e-8 };
+}
+
 impl Default for AdamOptions {
     fn default() -> Self {
-        Self { rate: 0.1, beta1: 0.9, beta2: 0.999, epsilon: 1e-8 }
+        Self::DEFAULT
     }
 }
 

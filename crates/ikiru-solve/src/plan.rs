@@ -46,6 +46,17 @@ pub(crate) struct Mover {
     pub(crate) pose_coord: usize,
 }
 
+impl Mover {
+    /// Whether its `k`-th degree of freedom moves along an axis rather than turning about it.
+    pub(crate) fn is_translation(&self, k: usize) -> bool {
+        match self.motion {
+            Motion::Slider { .. } => true,
+            Motion::Free { .. } => k < 3,
+            _ => false,
+        }
+    }
+}
+
 /// A local motion that a term reads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MotionRead {

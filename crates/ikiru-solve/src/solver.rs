@@ -3,7 +3,7 @@
 use ikiru_rig::Pose;
 
 use crate::objective::Inputs;
-use crate::options::SolverOptions;
+use crate::options::{Method, SolverOptions};
 use crate::plan::Plan;
 use crate::problem::Problem;
 use crate::report::{ActiveLimit, Invalid, LimitKind, Obstacle, Report, Summary, TermReport};
@@ -90,6 +90,12 @@ impl Solver {
     fn check(&self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
         self.options.check().map_err(Invalid::Options)?;
         problem.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
+        let reaches = |t: &crate::problem::Term| t.weight > 0.0 && t.objective.reach().is_some();
+        if self.options.method == Method::Fabrik && !problem.terms().iter().any(reaches) {
+            return Err(Invalid::Options(
+                "fabrik reaches for points: it needs a position or pose objective of a weight above 0",
+            ));
+        }
         if !pose.rig().is_same(problem.rig()) {
             return Err(Invalid::Pose("belongs to another rig than the problem"));
         }

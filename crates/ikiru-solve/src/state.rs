@@ -3,7 +3,7 @@
 use ikiru_rig::{Frame, JointId, Motion, Pose, Vec3, kinematics, project_joint, retract_joint};
 
 use crate::objective::{Inputs, Rows, Scratch};
-use crate::plan::{NONE, Plan};
+use crate::plan::{NONE, Node, Plan};
 use crate::problem::Problem;
 
 /// Everything that changes while a problem is solved.
@@ -159,28 +159,45 @@ impl State {
     /// Forward kinematics of the reduced tree.
     #[inline]
     fn forward(&mut self, plan: &Plan) {
-        for (idx, node) in plan.nodes.iter().enumerate() {
-            let (link, is_translation) = &self.links[idx];
-            let mut frame = if node.parent == NONE {
-                *link
-            } else {
-                let parent = &self.frames[node.parent as usize];
-                let origin = parent.point(link.origin);
-                let rotation =
-                    if *is_translation { parent.rotation } else { parent.rotation.compose(&link.rotation) };
-                Frame { rotation, origin }
-            };
-            let directions = &mut self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
-            let coords = &self.coords[node.coord as usize..];
-            match node.mimic {
-                None => kinematics::apply_motion::<f64, true>(&node.motion, coords, &mut frame, directions),
-                Some((multiplier, offset)) => {
-                    let value = coords[0] * multiplier + offset;
-                    kinematics::apply_motion::<f64, true>(&node.motion, &[value], &mut frame, directions);
-                }
-            }
-            self.frames[idx] = frame;
+        for idx in 0..plan.nodes.len() {
+            self.place(plan, idx);
         }
+    }
+
+    /// The frame of one node, from its parent's and the current coordinates.
+    #[inline(always)]
+    pub(crate) fn place(&mut self, plan: &Plan, idx: usize) {
+        let node = &plan.nodes[idx];
+        let (link, is_translation) = &self.links[idx];
+        let mut frame = if node.parent == NONE {
+            *link
+        } else {
+            let parent = &self.frames[node.parent as usize];
+            let origin = parent.point(link.origin);
+            let rotation =
+                if *is_translation { parent.rotation } else { parent.rotation.compose(&link.rotation) };
+            Frame { rotation, origin }
+        };
+        let directions = &mut self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
+        let coords = &self.coords[node.coord as usize..];
+        match node.mimic {
+            None => kinematics::apply_motion::<f64, true>(&node.motion, coords, &mut frame, directions),
+            Some((multiplier, offset)) => {
+                let value = coords[0] * multiplier + offset;
+                kinematics::apply_motion::<f64, true>(&node.motion, &[value], &mut frame, directions);
+            }
+        }
+        self.frames[idx] = frame;
+    }
+
+    /// World frames of the nodes.
+    pub(crate) fn frames(&self) -> &[Frame<f64>] {
+        &self.frames
+    }
+
+    /// The world axes that a node turns about or moves along, one for each of its degrees of freedom.
+    pub(crate) fn directions(&self, node: &Node) -> &[Vec3<f64>] {
+        &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize]
     }
 
     /// Frames, residuals and cost at the current coordinates. A cost that is not a number comes out as

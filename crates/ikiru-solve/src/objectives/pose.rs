@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::JointId;
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objective::{Inputs, Loss, Objective, Part, Reach, Rows, Unit};
 use crate::objectives::orientation::{check_rotation, evaluate_orientation};
 use crate::objectives::position::{check_point, check_target, evaluate_position};
 
@@ -59,6 +59,10 @@ impl Objective for PoseTarget {
     fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
         evaluate_position(&inputs.frames[0], self.point, self.position, rows);
         evaluate_orientation(&inputs.frames[0], self.rotation, 3, rows);
+    }
+
+    fn reach(&self) -> Option<Reach> {
+        Some(Reach { joint: 0, point: self.point, target: self.position })
     }
 
     fn target(&self) -> Option<[f64; 3]> {

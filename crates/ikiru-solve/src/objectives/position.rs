@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::{Frame, JointId};
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objective::{Inputs, Loss, Objective, Part, Reach, Rows, Unit};
 
 /// Brings a point of a joint to a point of the world.
 ///
@@ -54,6 +54,10 @@ impl Objective for Position {
     #[inline]
     fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
         evaluate_position(&inputs.frames[0], self.point, self.target, rows);
+    }
+
+    fn reach(&self) -> Option<Reach> {
+        Some(Reach { joint: 0, point: self.point, target: self.target })
     }
 
     fn target(&self) -> Option<[f64; 3]> {

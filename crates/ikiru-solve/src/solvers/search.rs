@@ -7,6 +7,8 @@ use crate::plan::Plan;
 use crate::problem::Problem;
 use crate::report::StopReason;
 use crate::solvers::adam::Adam;
+use crate::solvers::ccd::Ccd;
+use crate::solvers::fabrik::Fabrik;
 use crate::solvers::lm::Lm;
 use crate::solvers::seeds::Seeds;
 use crate::state::State;
@@ -138,6 +140,8 @@ impl Budget {
 pub(crate) struct Searcher {
     pub(crate) lm: Lm,
     adam: Adam,
+    ccd: Ccd,
+    fabrik: Fabrik,
     seeds: Seeds,
     start: Vec<f64>,
     best: Vec<f64>,
@@ -150,6 +154,8 @@ impl Searcher {
         Self {
             lm: Lm::new(plan),
             adam: Adam::new(plan),
+            ccd: Ccd::new(plan),
+            fabrik: Fabrik::new(plan),
             seeds: Seeds::new(plan),
             start: zeros.clone(),
             best: zeros.clone(),
@@ -244,6 +250,8 @@ impl Searcher {
         match &options.method {
             Method::Lm => self.lm.run(plan, problem, state, cost, bar, budget),
             Method::Adam(adam) => self.adam.run(adam, plan, problem, state, cost, bar, budget),
+            Method::Ccd => self.ccd.run(plan, problem, state, cost, bar, budget),
+            Method::Fabrik => self.fabrik.run(plan, problem, state, cost, bar, budget),
         }
     }
 

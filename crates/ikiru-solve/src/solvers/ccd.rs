@@ -1,0 +1,240 @@
+//! Cyclic coordinate descent: tips first, one degree of freedom after the other is set to the value that brings the
+//! cost lowest while all others hold still.
+//!
+//! Where one point reaches for one place that value has a closed form (Wang and Chen, 1991). For any other
+//! cost it is one candidate; a Gauss–Newton step along the degree of freedom, shortened until the cost falls,
+//! is the other.
+
+use ikiru_rig::Vec3;
+
+use crate::objective::{Loss, Reach};
+use crate::plan::{Mover, NONE, Plan};
+use crate::problem::Problem;
+use crate::report::StopReason;
+use crate::solvers::adam::whole_gradient;
+use crate::solvers::search::{Bar, Budget, Outcome};
+use crate::solvers::turn::{Pull, nudge, room};
+use crate::state::State;
+
+/// A sweep that takes less than this part of the cost away is the last.
+const LEAST_GAIN: f64 = 1e-9;
+/// How often a step that does not lower the cost is halved.
+const MOST_HALVINGS: usize = 6;
+
+/// A point, its place, and the node that carries it.
+#[derive(Clone, Copy, Debug)]
+struct Effector {
+    term: usize,
+    node: u32,
+    reach: Reach,
+}
+
+/// Memory of the method.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Ccd {
+    effectors: Vec<Effector>,
+    gradient: Vec<f64>,
+    from: Vec<f64>,
+    best: Vec<f64>,
+    node_of: Vec<Option<u32>>,
+}
+
+impl Ccd {
+    pub(crate) fn new(plan: &Plan) -> Self {
+        let n_kept = plan.n_kept_coords();
+        Self {
+            effectors: Vec::with_capacity(plan.terms.len()),
+            gradient: vec![0.0; plan.n_dofs],
+            from: vec![0.0; n_kept],
+            best: vec![0.0; n_kept],
+            node_of: nodes_of_movers(plan),
+        }
+    }
+
+    /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
+    pub(crate) fn run(
+        &mut self,
+        plan: &Plan,
+        problem: &Problem,
+        state: &mut State,
+        cost: f64,
+        bar: &Bar,
+        budget: &mut Budget,
+    ) -> Outcome {
+        let mut cost = cost;
+        let mut patience = bar.patience(cost);
+        let is_closed = self.find_effectors(plan, problem);
+        let outcome = |cost, stop| Outcome { cost, stop, is_evaluated: true };
+        loop {
+            if bar.is_met(cost) {
+                return outcome(cost, StopReason::Reached);
+            }
+            if let Some(stop) = budget.spend() {
+                return outcome(cost, stop);
+            }
+            let before = cost;
+            for m in (0..plan.movers.len()).rev() {
+                for k in (0..plan.movers[m].n_dofs).rev() {
+                    cost = self.descend(plan, problem, state, m, k, cost, is_closed);
+                    if bar.is_met(cost) {
+                        return outcome(cost, StopReason::Reached);
+                    }
+                }
+            }
+            if before - cost <= LEAST_GAIN * before {
+                return outcome(cost, StopReason::Converged);
+            }
+            if patience.is_over(cost) {
+                return outcome(cost, StopReason::NoProgress);
+            }
+        }
+    }
+
+    /// Collects the points that terms reach for. Says whether one of them is all there is, so that its distance
+    /// alone decides.
+    fn find_effectors(&mut self, plan: &Plan, problem: &Problem) -> bool {
+        self.effectors.clear();
+        for t in &plan.terms {
+            if let Some(reach) = problem.terms()[t.term].objective.reach() {
+                self.effectors.push(Effector { term: t.term, node: t.nodes[reach.joint], reach });
+            }
+        }
+        let terms = problem.terms();
+        self.effectors.len() == terms.len()
+            && terms.iter().all(|t| t.objective.parts().len() == 1 && t.objective.motions().is_empty())
+            && (terms.len() == 1 || terms.iter().all(|t| t.objective.loss() == Loss::Squared))
+    }
+
+    /// Moves one degree of freedom; the answer is the cost afterwards, at which `state` is evaluated.
+    fn descend(
+        &mut self,
+        plan: &Plan,
+        problem: &Problem,
+        state: &mut State,
+        mover: usize,
+        k: usize,
+        cost: f64,
+        is_closed: bool,
+    ) -> f64 {
+        let m = &plan.movers[mover];
+        let range = room(plan, m, k, &state.coords);
+        self.from.copy_from_slice(&state.coords);
+        let mut best = cost;
+        let closed = self.node_of[mover].map(|node| self.turn(plan, problem, state, m, node, k, range));
+        if let Some(delta) = closed
+            && delta != 0.0
+        {
+            self.attempt(plan, problem, state, m, k, delta, &mut best);
+            // For a ball the limit is not a range: the best turn may end beyond the cone.
+            let is_exact = is_closed && m.n_coords == m.n_dofs;
+            if is_exact {
+                return self.finish(plan, problem, state, best, cost);
+            }
+        } else if closed.is_some() && is_closed {
+            return cost;
+        }
+        let after_turn = best;
+        state.coords.copy_from_slice(&self.from);
+        if closed.is_some() {
+            state.evaluate(plan, problem);
+        }
+        let mut delta = self.newton(plan, problem, state, m.dof + k).max(range.0).min(range.1);
+        for _ in 0..MOST_HALVINGS {
+            if delta.abs() < 1e-12 {
+                break;
+            }
+            self.attempt(plan, problem, state, m, k, delta, &mut best);
+            if best < after_turn {
+                break;
+            }
+            delta *= 0.5;
+        }
+        self.finish(plan, problem, state, best, cost)
+    }
+
+    /// Tries a change of one degree of freedom and keeps it in `best` where it is better.
+    fn attempt(
+        &mut self,
+        plan: &Plan,
+        problem: &Problem,
+        state: &mut State,
+        m: &Mover,
+        k: usize,
+        delta: f64,
+        best: &mut f64,
+    ) {
+        state.coords.copy_from_slice(&self.from);
+        nudge(m, k, delta, &mut state.coords);
+        let trial = state.evaluate(plan, problem);
+        if trial < *best {
+            *best = trial;
+            self.best.copy_from_slice(&state.coords);
+        }
+    }
+
+    /// Leaves the best attempt in `state`, evaluated.
+    fn finish(&self, plan: &Plan, problem: &Problem, state: &mut State, best: f64, cost: f64) -> f64 {
+        let coords = if best < cost { &self.best } else { &self.from };
+        if state.coords != *coords {
+            state.coords.copy_from_slice(coords);
+            return state.evaluate(plan, problem);
+        }
+        best.min(cost)
+    }
+
+    /// The turn (or shift) that brings the points below a joint nearest to their places.
+    fn turn(
+        &self,
+        plan: &Plan,
+        problem: &Problem,
+        state: &State,
+        m: &Mover,
+        node: u32,
+        k: usize,
+        range: (f64, f64),
+    ) -> f64 {
+        let origin = state.frames()[node as usize].origin;
+        let axis = state.directions(&plan.nodes[node as usize])[k];
+        let mut pull = Pull::default();
+        for effector in self.effectors.iter().filter(|e| is_below(plan, e.node, node)) {
+            let Reach { point, target, .. } = effector.reach;
+            let now = state.frames()[effector.node as usize].point(Vec3::constant(point));
+            let weight = problem.terms()[effector.term].weight;
+            pull.add(weight, axis, now - origin, Vec3::constant(target) - origin);
+        }
+        if m.is_translation(k) { pull.best_shift(range) } else { pull.best_turn(range) }
+    }
+
+    /// The Gauss–Newton step along one degree of freedom.
+    fn newton(&mut self, plan: &Plan, problem: &Problem, state: &mut State, dof: usize) -> f64 {
+        state.linearize(plan, problem, false);
+        whole_gradient(plan, state, &mut self.gradient);
+        let span = plan.spans[dof];
+        let column = &state.jacobian[span.start..span.start + span.len];
+        let curvature = state.motion_curvature[dof] + column.iter().map(|a| a * a).sum::<f64>();
+        if curvature > 0.0 { -0.5 * self.gradient[dof] / curvature } else { 0.0 }
+    }
+}
+
+/// The node of each mover, where it has exactly one.
+fn nodes_of_movers(plan: &Plan) -> Vec<Option<u32>> {
+    let of = |m: &Mover| {
+        let mut nodes = (0..plan.nodes.len()).filter(|n| {
+            let node = &plan.nodes[*n];
+            node.n_screws > 0 && node.coord as usize == m.coord
+        });
+        let only = nodes.next().filter(|n| plan.nodes[*n].mimic.is_none())?;
+        nodes.next().is_none().then(|| u32::try_from(only).unwrap_or(NONE))
+    };
+    plan.movers.iter().map(of).collect()
+}
+
+/// Whether a node is another or lies below it.
+pub(crate) fn is_below(plan: &Plan, node: u32, top: u32) -> bool {
+    // Parents come before children.
+    let mut at = node;
+    while at != NONE && at > top {
+        at = plan.nodes[at as usize].parent;
+    }
+    at == top
+}
