@@ -191,7 +191,7 @@ fn unknown_names() {
 
 #[test]
 fn methods_of_later() {
-    for method in ["ccd", "fabrik", "ipopt"] {
+    for method in ["ipopt"] {
         let kind =
             refused(3, &format!("method = \"{method}\""), (3, 10), &["not available yet", "'lm' or 'adam'"]);
         assert_eq!(kind, "NotAvailable");
