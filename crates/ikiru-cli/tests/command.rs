@@ -263,3 +263,62 @@ fn roles_of_a_file_count_more() {
         );
     }
 }
+
+#[test]
+fn bench_paper_writes_rows_tables_and_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("set.json"), "[[0.3, 0.2, 0.4], [0.2, 0.1, 0.45], [0.35, 0.1, 0.3]]").unwrap();
+    let paper = |more: &[&str]| {
+        let mut args = vec!["bench", "paper", "--targets", "set.json", "--runs", "2", "--warmup", "1"];
+        args.extend(more);
+        ikiru_in(folder.path(), &args)
+    };
+    let run = paper(&["--methods", "lm-local,fabrik", "--json", "rows.json", "--out", "results"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("combined objective, set.json: 2 targets, 2 runs"), "{}", run.stdout);
+    let rows: Value = serde_json::from_slice(&std::fs::read(at("rows.json")).unwrap()).unwrap();
+    let rows = rows.as_array().unwrap();
+    assert_eq!(rows.len(), 2 * 2 * 2 * 2);
+    let expected = "method objective points run target success cost iterations time_us angles";
+    assert_eq!(keys(&rows[0]).join(" "), expected);
+    assert_eq!(numbers(&rows[0]["target"]), [0.2, 0.1, 0.45]);
+    assert_eq!(numbers(&rows[0]["angles"]).len(), 12);
+    let files = ["results.md", "results.csv", "simple_times.svg", "combined_costs.png", "simple_success.png"];
+    assert!(files.iter().all(|name| at("results").join(name).is_file()));
+
+    paper(&["--methods", "simplex"]).fails(2, &["simplex", "lm, lm-local, adam"]);
+    paper(&["--objective", "both"]).fails(2, &["both", "simple, combined"]);
+    paper(&["--warmup", "3"]).fails(2, &["nothing to measure"]);
+    paper(&["--runs", "0"]).fails(2, &["above 0"]);
+    paper(&["--json", "none/rows.json"]).fails(3, &["none/rows.json"]);
+    ikiru_in(folder.path(), &["bench", "paper", "--targets", "none.json"]).fails(2, &["none.json"]);
+    ikiru(&["bench", "paper", "--sample", "10"]).fails(2, &["of 10 sampled points", "sample about"]);
+}
+
+#[test]
+fn bench_robots_solves_arms_that_ship_and_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let robots = |more: &[&str]| {
+        let mut args = vec!["bench", "robots", "--n", "20", "--time-limit-ms", "20000"];
+        args.extend(more);
+        ikiru_in(folder.path(), &args)
+    };
+    let run = robots(&["--robots", "panda,ur5", "--json", "rows.json", "--markdown"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("| panda | 7 | 20 | 100 |"), "{}", run.stdout);
+    let rows: Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("rows.json")).unwrap()).unwrap();
+    assert_eq!(rows.as_array().unwrap().len(), 40);
+    let expected = "robot base tip joints target success position_error rotation_error iterations restarts time_us values";
+    assert_eq!(keys(&rows[0]).join(" "), expected);
+    let arm = "<robot name='a'><link name='base'/><link name='tip'/><joint name='turn' type='revolute'>\
+               <parent link='base'/><child link='tip'/><axis xyz='0 0 1'/>\
+               <limit lower='-1' upper='1' effort='1' velocity='1'/></joint></robot>";
+    std::fs::write(folder.path().join("arm.urdf"), arm).unwrap();
+    let run = robots(&["--urdf", "arm.urdf", "--base", "base", "--tip", "tip"]);
+    assert!(run.code == 0 && run.stdout.contains("arm"), "{}{}", run.stdout, run.stderr);
+    robots(&["--urdf", "arm.urdf"]).fails(2, &["--base"]);
+    robots(&["--robots", "pr2"]).fails(2, &["pr2", "panda, ur5, xarm7, g1"]);
+    robots(&["--method", "ik"]).fails(2, &["'ik'", "lm, adam"]);
+}

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 /// Folders (and files) of these names hold nothing of the project's own.
-const SKIPPED: [&str; 5] = [".git", "target", "node_modules", "__pycache__", ".venv"];
+const SKIPPED: [&str; 6] = [".git", "target", "node_modules", "__pycache__", ".venv", ".env"];
 
 /// A project's root and the files below it.
 pub(crate) struct Project {
