@@ -155,7 +155,7 @@ impl Tools {
             command.env("RUSTC_BOOTSTRAP", "1");
             command
         };
-        command.args(["fuzz", subcommand, "--debug-assertions"]);
+        command.args(["fuzz", subcommand]);
         if !self.has_nightly {
             command.args(["--sanitizer", "none"]);
         }
