@@ -20,10 +20,12 @@ pub(crate) fn run(folder: &Path, args: &[&str]) -> Result<()> {
     finish(command(folder).args(args))
 }
 
-/// Runs a prepared command with its output visible; an exit status other than 0 is an error.
+/// Runs a prepared command (cargo, or rustup that starts it) with its output visible; an exit status other than 0
+/// is an error.
 pub(crate) fn finish(command: &mut Command) -> Result<()> {
-    let args: Vec<String> = command.get_args().map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let line = format!("cargo {}", args.join(" "));
+    let program = Path::new(command.get_program()).file_stem().unwrap_or_default();
+    let words = std::iter::once(program).chain(command.get_args()).map(|word| word.to_string_lossy());
+    let line = words.collect::<Vec<_>>().join(" ");
     println!("$ {line}");
     if cfg!(test) {
         // Failures that tests provoke on purpose would read like real ones.

@@ -1,4 +1,4 @@
-//! The project's own chores: `cargo xtask test`, `cargo xtask tidy`.
+//! The project's own chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask fuzz`.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -6,6 +6,7 @@
 )]
 
 mod cargo;
+mod fuzz;
 mod package;
 mod test;
 mod tidy;
@@ -23,6 +24,7 @@ Usage: cargo xtask <COMMAND>
 Commands:
   test   everything that must pass before a change is done, in order, stopping at the first failure
   tidy   the project's own rules: file heads and sizes, code map, dependency order, reasons, words
+  fuzz   [TARGET] [--secs N] [--runs N]: cargo-fuzz on one reader, or on all in turn, 60 s each by default
 ";
 
 fn main() -> ExitCode {
@@ -30,12 +32,19 @@ fn main() -> ExitCode {
     let outcome = match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => root().and_then(|root| test::run(&root)),
         ["tidy"] => root().and_then(|root| tidy::run(&root)),
+        ["fuzz", ref args @ ..] => match fuzz::Plan::parse(args) {
+            Ok(plan) => root().and_then(|root| fuzz::run(&root, &plan)),
+            Err(error) => {
+                eprintln!("xtask: {error:#}");
+                return ExitCode::from(2);
+            }
+        },
         [] | ["help" | "-h" | "--help"] => {
             print!("{HELP}");
             return ExitCode::SUCCESS;
         }
         _ => {
-            eprintln!("xtask: no command `{}`, expected one of: test, tidy", args.join(" "));
+            eprintln!("xtask: no command `{}`, expected one of: test, tidy, fuzz", args.join(" "));
             return ExitCode::from(2);
         }
     };

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 
-use project::Project;
+pub(crate) use project::Project;
 #[cfg(test)]
 pub(crate) use project::Tree;
 

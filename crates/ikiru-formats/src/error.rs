@@ -203,6 +203,16 @@ pub enum ErrorKind {
         /// The numbers.
         found: Vec<f64>,
     },
+    /// A number too large for the 32 bits that a format has for it.
+    #[error(
+        "{what} {found:?} is too large for the format's 32-bit numbers, expected magnitudes up to 3.4e38"
+    )]
+    Magnitude32 {
+        /// Whose number.
+        what: &'static str,
+        /// The numbers.
+        found: Vec<f64>,
+    },
     /// A matrix with a shear.
     #[error("the matrix {found:?} has a shear: expected perpendicular axes")]
     Shear {

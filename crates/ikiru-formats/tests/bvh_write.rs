@@ -127,6 +127,26 @@ fn channels_follow_the_joints() {
 }
 
 #[test]
+fn hinges_that_a_pose_turns_about_other_axes_have_channels_in_the_order_of_their_angles() {
+    for axis in DVec3::AXES {
+        let rig = |motion| {
+            let mut builder = RigBuilder::new();
+            builder.add(joint("root", None, Motion::Fixed));
+            builder.add(joint("hinge", Some(0), motion));
+            builder.add(joint("end", Some(1), Motion::Fixed));
+            builder.build().unwrap()
+        };
+        let loaded = Loaded::from_rig(rig(Motion::Hinge { axis, range: Range::UNLIMITED }));
+        let mut pose = rig(Motion::BALL).rest_pose();
+        let hinge = loaded.rig.joint("hinge").unwrap();
+        pose.set_rotation(hinge, EulerOrder::Xyz.quaternion([0.3, -0.5, 0.7])).unwrap();
+        let again =
+            read_bvh(&write_bvh_pose(&loaded, &pose).unwrap(), "again", &BvhOptions::default()).unwrap();
+        assert_same_frames_to(&pose.frames(), &again.clips[0].poses()[0].frames(), 1e-8);
+    }
+}
+
+#[test]
 fn angles_of_more_than_a_turn_stay() {
     let loaded = Loaded::from_rig(rig_of_all_kinds());
     let mut pose = loaded.rig.rest_pose();

@@ -236,6 +236,19 @@ fn names_of_links_give_way_to_those_of_joints() {
 }
 
 #[test]
+fn names_of_links_give_way_to_those_of_sliders() {
+    let text = r#"<robot><link name="a"/><link name="plane_x"/><link name="b"/>
+        <joint name="first" type="fixed"><parent link="a"/><child link="plane_x"/></joint>
+        <joint name="plane" type="planar"><parent link="plane_x"/><child link="b"/></joint></robot>"#;
+    let loaded = read_urdf(text.as_bytes(), "r.urdf").unwrap();
+    let rig = &loaded.rig;
+    assert!(matches!(rig.get(rig.joint("plane_x").unwrap()).unwrap().motion, Motion::Slider { .. }));
+    assert!(joint(&loaded, "first").aliases.is_empty());
+    let (link, joint) = ("plane_x".to_owned(), "first".to_owned());
+    assert_eq!(loaded.warnings, [Warning::Urdf(UrdfWarning::LinkHidden { link, joint })]);
+}
+
+#[test]
 fn followers_of_followers_follow_the_first_leader() {
     let follower = |name, link, of, how| {
         format!(

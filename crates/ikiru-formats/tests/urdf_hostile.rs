@@ -10,20 +10,32 @@ use std::time::{Duration, Instant};
 use common::*;
 use ikiru_formats::{Error, Loaded, read_urdf};
 use ikiru_rig::RigBuilder;
+use ikiru_testkit::allocations::{Counting, peak};
 use ikiru_testkit::rigs::Random;
 
-/// Reads within the time that is promised for a text's size.
-fn timed(text: &str) -> Result<Loaded, Error> {
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const MIB: usize = 1 << 20;
+
+/// Reads within the time and memory that are promised for a text's size.
+#[track_caller]
+fn bounded(text: &str) -> Result<Loaded, Error> {
     let start = Instant::now();
-    let result = read_urdf(text.as_bytes(), "hostile.urdf");
-    let (time, mebibytes) = (start.elapsed(), text.len() as f64 / f64::from(1 << 20));
-    assert!(time < Duration::from_secs_f64(2.0 + mebibytes), "{time:?} for {mebibytes} MiB");
-    result
+    let mut result = None;
+    let bytes = peak(|| result = Some(read_urdf(text.as_bytes(), "hostile.urdf")));
+    // The bytes of the file itself count as well, where it is read from disk.
+    let (bytes, most) = (bytes + text.len(), 64 * MIB + 8 * text.len());
+    assert!(bytes <= most, "{bytes} of {most} bytes for {} of text", text.len());
+    let most = Duration::from_secs_f64(2.0 + text.len() as f64 / MIB as f64);
+    assert!(start.elapsed() < most, "{:?} of {most:?}", start.elapsed());
+    result.unwrap()
 }
 
 /// The message for a text, which may not be long.
+#[track_caller]
 fn message(text: &str) -> String {
-    let message = timed(text).unwrap_err().to_string();
+    let message = bounded(text).unwrap_err().to_string();
     assert!(message.len() < 1500, "{}", message.len());
     message
 }
@@ -38,7 +50,7 @@ fn elements_inside_of_elements() {
     assert!(message(&closed).contains("deeper than 256 levels"));
     // As deep as is allowed, inside of what is skipped.
     let fine = format!("<robot><link name='a'>{}{}</link></robot>", "<b>".repeat(254), "</b>".repeat(254));
-    assert_eq!(timed(&fine).unwrap().rig.n_joints(), 1);
+    assert_eq!(bounded(&fine).unwrap().rig.n_joints(), 1);
 }
 
 #[test]
@@ -54,7 +66,7 @@ fn entities_that_would_grow() {
     // A document type by itself does no harm, however long; nor does one that refers to files.
     let long =
         format!("<!DOCTYPE robot [{}]><robot><link name='a'/></robot>", "<!ENTITY a 'b>'>".repeat(200_000));
-    assert_eq!(timed(&long).unwrap().rig.n_joints(), 1);
+    assert_eq!(bounded(&long).unwrap().rig.n_joints(), 1);
     let file =
         "<!DOCTYPE robot [<!ENTITY f SYSTEM 'file:///etc/hostname'>]><robot><link name='&f;'/></robot>";
     assert!(message(file).contains("the entity '&f;' is not known"));
@@ -63,7 +75,7 @@ fn entities_that_would_grow() {
 #[test]
 fn long_names_numbers_and_attributes() {
     let long = "x".repeat(10_000_000);
-    let rig = timed(&format!("<robot><link name='{long}'/></robot>")).unwrap().rig;
+    let rig = bounded(&format!("<robot><link name='{long}'/></robot>")).unwrap().rig;
     assert_eq!(rig.joints()[0].name.len(), long.len());
     assert!(
         message(&format!("<robot><link name='{long}'/><link name='{long}'/></robot>"))
@@ -91,10 +103,10 @@ fn long_names_numbers_and_attributes() {
     assert!(message(&same).contains("the attribute name is missing"));
     let mut text = String::from("<robot><link name='a' ");
     (0..1_000_000).for_each(|n| write!(text, "a{n}='' ").unwrap());
-    assert_eq!(timed(&(text + "/></robot>")).unwrap().rig.n_joints(), 1);
+    assert_eq!(bounded(&(text + "/></robot>")).unwrap().rig.n_joints(), 1);
     // Line breaks without end, before each of many warnings.
     let collision = "<collision><geometry><sphere/></geometry></collision>\n".repeat(100_000);
-    let loaded = timed(&format!("<robot><link name='a'>{collision}</link></robot>")).unwrap();
+    let loaded = bounded(&format!("<robot><link name='a'>{collision}</link></robot>")).unwrap();
     assert_eq!(loaded.warnings.len(), 101);
 }
 
@@ -114,11 +126,77 @@ fn chain(n_joints: usize) -> String {
 #[test]
 fn more_joints_than_a_rig_may_have() {
     let most = RigBuilder::MOST_JOINTS;
-    assert_eq!(timed(&chain(most - 1)).unwrap().rig.n_joints(), most);
+    assert_eq!(bounded(&chain(most - 1)).unwrap().rig.n_joints(), most);
     assert!(message(&chain(1_000_000)).contains("<link> (line 100001 column 1): more than 100000 elements"));
     // Every planar joint is three.
     let planar = chain(most / 2).replace("fixed", "planar");
-    assert!(message(&planar).contains("150001 joints are more than the 100000 that a rig may have"));
+    assert_eq!(
+        message(&planar),
+        "hostile.urdf, <joint> (line 33335 column 22): 150001 joints are more than the 100000 that a rig may have"
+    );
+    let planar = chain(most - 1).replace("fixed", "planar");
+    assert!(message(&planar).contains("299998 joints are more than the 100000 that a rig may have"));
+    // As small as joints and links can be, and as large as what becomes of them can be.
+    let planar = chain((most - 1) / 3).replace("fixed", "planar");
+    assert_eq!(bounded(&planar).unwrap().rig.n_joints(), most);
+    let followers = chain(most - 1).replace("'j1' type='fixed'>", "'j1' type='continuous'>").replace(
+        "type='fixed'>",
+        "type='prismatic'><axis xyz='1 2 3'/><origin xyz='1 2 3'/><limit upper='1'/><mimic joint='j1'/>",
+    );
+    assert_eq!(bounded(&followers).unwrap().rig.n_dofs(), 1);
+    // The shortest way to say so.
+    let mut short = String::from("<robot><link name='0'/>");
+    for n in 1..most {
+        let _ = write!(
+            short,
+            "<link name='{n}'/><joint name='{n}' type='fixed'><parent link='0'/><child link='{n}'/></joint>"
+        );
+    }
+    assert_eq!(bounded(&(short + "</robot>")).unwrap().rig.n_joints(), most);
+}
+
+#[test]
+fn long_names_of_joints_and_links() {
+    let long = "x".repeat(5 * MIB);
+    for (kind, n_joints) in [("fixed", 2), ("planar", 4)] {
+        let text = format!(
+            "<robot><link name='a'/><link name='{long}l'/><joint name='{long}j' type='{kind}'><parent link='a'/>\
+             <child link='{long}l'/></joint></robot>"
+        );
+        assert_eq!(bounded(&text).unwrap().rig.n_joints(), n_joints);
+    }
+    // Entities are shorter than what stands for them.
+    let escaped = "&lt;".repeat(5 * MIB);
+    assert_eq!(bounded(&format!("<robot><link name='{escaped}'/></robot>")).unwrap().rig.n_joints(), 1);
+    let mut many = String::from("<robot><link name='0'/>");
+    for n in 1..1000 {
+        let _ = write!(
+            many,
+            "<link name='{n}'/><joint name='{}{n}' type='planar'><parent link='0'/><child link='{n}'/></joint>",
+            "x".repeat(20_000)
+        );
+    }
+    assert_eq!(bounded(&(many + "</robot>")).unwrap().rig.n_joints(), 2998);
+}
+
+#[test]
+fn many_collision_shapes_and_warnings() {
+    let solid = "<collision><geometry><box size='1 1 1'/></geometry></collision>";
+    let robot = |inside: &str| format!("<robot><link name='a'>{inside}</link></robot>");
+    assert_eq!(bounded(&robot(&solid.repeat(300_000))).unwrap().collision_shapes().len(), 300_000);
+    // Right before and right after a list of them has grown.
+    for n in [(1 << 18) - 1, (1 << 18) + 1] {
+        assert_eq!(bounded(&robot(&solid.repeat(n))).unwrap().collision_shapes().len(), n);
+    }
+    let empty = "<collision/>".repeat(1_000_000);
+    assert_eq!(bounded(&robot(&empty)).unwrap().collision_shapes().len(), 0);
+    // Far from the start of the file, each with a line to be counted and a long name.
+    let far = format!("<!--{}-->", "\n".repeat(10 * MIB));
+    let bad = "<collision><geometry><sphere/></geometry></collision>".repeat(200);
+    let name = "x".repeat(MIB);
+    let loaded = bounded(&format!("<robot>{far}<link name='{name}'>{bad}</link></robot>")).unwrap();
+    assert!(loaded.warnings.iter().all(|warning| warning.to_string().len() < 1500));
+    assert_eq!(loaded.warnings.len(), 101);
 }
 
 #[test]
@@ -146,7 +224,7 @@ fn long_ways_to_an_error() {
              <child link='l{n_joints}'/>{rest}</joint></robot>"
         )
     };
-    assert_eq!(timed(&last("")).unwrap().rig.n_dofs(), 1);
+    assert_eq!(bounded(&last("")).unwrap().rig.n_dofs(), 1);
     assert!(message(&last("<mimic joint='j1'/>")).contains("the joint follows itself"));
 }
 

@@ -181,6 +181,18 @@ fn it_is_a_gltf_file_as_well_and_is_written_as_one() {
 }
 
 #[test]
+fn a_way_too_long_for_32_bits_is_refused() {
+    let rig = free("mh_male_vrm1.vrm");
+    let mut pose = rig.rest_pose();
+    pose.set_translation(rig.role(Role::Hips).unwrap(), DVec3::new(0.0, 1e39, 0.0)).unwrap();
+    let clip = Clip::new("jump", vec![0.0, 1.0], vec![rig.rest_pose(), pose]).unwrap();
+    let loaded = read(path("mh_male_vrm1.vrm")).unwrap().with_rig(rig).unwrap();
+    for error in [write_vrma(&clip).unwrap_err(), write_animated_glb(&loaded, &clip).unwrap_err()] {
+        assert!(error.to_string().contains("is too large for the format's 32-bit numbers"), "{error}");
+    }
+}
+
+#[test]
 fn what_is_no_vrm_animation_is_refused_and_what_cannot_be_one() {
     let error = read_vrma(&glb(&leg(), None), "leg.glb").unwrap_err();
     assert!(matches!(error.kind(), ErrorKind::NotVrma));

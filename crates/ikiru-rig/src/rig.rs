@@ -290,6 +290,23 @@ impl RigBuilder {
         Self::default()
     }
 
+    /// A builder without joints, with room for as many as will come: what is known to be large is not moved
+    /// while it grows. More may be added all the same.
+    ///
+    /// ```
+    /// use ikiru_rig::{Joint, RigBuilder};
+    ///
+    /// let mut builder = RigBuilder::with_capacity(2);
+    /// let hip = builder.add(Joint::new("hip", None));
+    /// builder.add(Joint::new("knee", Some(hip)));
+    /// assert_eq!(builder.build()?.n_joints(), 2);
+    /// # Ok::<(), ikiru_rig::RigError>(())
+    /// ```
+    #[must_use]
+    pub fn with_capacity(n_joints: usize) -> Self {
+        Self { joints: Vec::with_capacity(n_joints) }
+    }
+
     /// Appends a joint.
     pub fn add(&mut self, joint: Joint) -> JointId {
         self.joints.push(joint);

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 /// Folders (and files) of these names hold nothing of the project's own.
-const SKIPPED: [&str; 6] = [".git", "target", "node_modules", "__pycache__", ".venv", ".env"];
+const SKIPPED: [&str; 9] =
+    [".git", "target", "node_modules", "__pycache__", ".venv", ".env", "corpus", "artifacts", "coverage"];
 
 /// A project's root and the files below it.
 pub(crate) struct Project {
@@ -100,6 +101,7 @@ mod tests {
             (".ci/run", ""),
             ("target/x.rs", ""),
             ("fuzz/target/x.rs", ""),
+            ("fuzz/corpus/glb/x.rs", ""),
             (".git/HEAD", ""),
             ("docs/node_modules/y.rs", ""),
         ]);

@@ -95,7 +95,7 @@ fn joints(
     layout: &Layout,
     names: Vec<String>,
 ) -> RigBuilder {
-    let mut builder = RigBuilder::new();
+    let mut builder = RigBuilder::with_capacity(hierarchy.nodes.len());
     let mut positions = survey.positions.iter();
     for (node, name) in hierarchy.nodes.into_iter().zip(names) {
         let positions = if node.channels.has_positions() { positions.next() } else { None };

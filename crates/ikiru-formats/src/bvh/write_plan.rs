@@ -142,7 +142,11 @@ impl JointPlan {
             (Motion::Fixed, _) if !has_child && !is_turned => {
                 Self { offset, channels: Channels::NONE, is_end_site: true, order }
             }
-            (_, Some((axis, _))) if !is_turned => plan(offset, Channels::one(Channel::rotation(axis as u8))),
+            (_, Some((axis, _))) if !is_turned => {
+                let channels = Channels::one(Channel::rotation(axis as u8));
+                // Should a pose need all three after all, the hinge's own stays the first.
+                Self { offset, channels, is_end_site: false, order: channels.order() }
+            }
             _ => plan(offset, all(false)),
         }
     }

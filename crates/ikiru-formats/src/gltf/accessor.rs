@@ -1,5 +1,7 @@
 //! Numbers in buffers, read where they lie: accessors, buffer views, sparse ones too.
 
+use std::cell::Cell;
+
 use serde::Deserialize;
 
 use crate::gltf::problem::DataProblem;
@@ -199,6 +201,9 @@ pub(crate) struct Data<'b> {
     pub(crate) buffers: Vec<Result<&'b [u8], String>>,
     /// No accessor holds more elements than this.
     pub(crate) most: u64,
+    /// How many indices of sparse accessors may still be looked at: every channel checks those that it needs, and
+    /// any number of channels may need the same ones.
+    pub(crate) sparse_left: Cell<u64>,
 }
 
 /// What is wrong, with a JSON pointer.
@@ -259,6 +264,10 @@ impl<'b> Data<'b> {
         if entry.count > total as u64 {
             return Err((place(), DataProblem::Count { found: entry.count, expected: total as u64 }));
         }
+        let Some(left) = self.sparse_left.get().checked_sub(entry.count) else {
+            return Err((place(), DataProblem::Claims(entry.count)));
+        };
+        self.sparse_left.set(left);
         let (indices, values) = (&entry.indices, &entry.values);
         let sparse = Sparse {
             count: usize::try_from(entry.count).unwrap_or(0),

@@ -1,10 +1,11 @@
 //! Animations as clips: all channels of one animation that move joints, sampled at the union of their key times.
 
 use std::borrow::Cow;
+use std::cell::{Cell, OnceCell};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::DVec3;
-use ikiru_rig::{Clip, JointId, Motion, Rig};
+use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -52,10 +53,17 @@ struct SamplerEntry {
     interpolation: Interpolation,
 }
 
+/// What the clips are for. What is asked of the whole rig is asked once: a clip may be short and a rig large.
 pub(crate) struct Scene<'s> {
     pub(crate) rig: &'s Rig,
     pub(crate) bindings: &'s [Binding],
     pub(crate) joint_of_node: &'s [u32],
+}
+
+/// The rig at rest, and its size once that is needed.
+struct AtRest {
+    pose: Pose,
+    size: OnceCell<f64>,
 }
 
 /// All clips of a document; what cannot be read becomes a warning. `buffers` holds each buffer's bytes.
@@ -90,12 +98,14 @@ pub(crate) fn clips<'d>(
         }
     };
     let most = (n_bytes as u64).saturating_add(65_536);
-    let data = Data { accessors, views, buffers, most };
+    let sparse_left = Cell::new(most);
+    let data = Data { accessors, views, buffers, most, sparse_left };
+    let at_rest = AtRest { pose: scene.rig.rest_pose(), size: OnceCell::new() };
     let mut budget = Budget::new(n_bytes, scene.rig.n_joints());
     let mut clips = Vec::new();
     for (idx, text) in animations.iter().enumerate() {
         let mut name = format!("clip_{idx}");
-        match clip(idx, text.get(), &mut name, &data, scene, &mut budget, warnings) {
+        match clip(idx, text.get(), &mut name, &data, scene, &at_rest, &mut budget, warnings) {
             Ok(clip) => clips.push(clip),
             Err((place, problem)) => {
                 warnings.push(|| Warning::ClipDropped { clip: short(&name), place, problem });
@@ -111,6 +121,7 @@ fn clip(
     name: &mut String,
     data: &Data<'_>,
     scene: &Scene<'_>,
+    at_rest: &AtRest,
     budget: &mut Budget,
     warnings: &mut Warnings,
 ) -> At<Clip> {
@@ -124,7 +135,7 @@ fn clip(
         entry: &entry,
         data,
         scene,
-        size: None,
+        at_rest,
         times: HashMap::new(),
         ignored: BTreeMap::new(),
     };
@@ -145,7 +156,7 @@ fn clip(
     let times = union(&tracks, &times, scene.rig, budget)
         .map_err(|problem| (format!("/animations/{idx}"), problem))
         .map(|union| (union, times))?;
-    let clip = sample(name, &mut tracks, times.0, &times.1, scene.rig)
+    let clip = sample(name, &mut tracks, times.0, &times.1, &at_rest.pose)
         .map_err(|message| (format!("/animations/{idx}"), DataProblem::Shape(message)))?;
     for (path, (count, first)) in ignored {
         warnings.push(|| Warning::ChannelsIgnored { clip: short(name), path, count, first });
@@ -158,8 +169,7 @@ struct Reader<'r, 'b> {
     entry: &'r AnimationEntry<'r>,
     data: &'r Data<'b>,
     scene: &'r Scene<'r>,
-    /// The rig's size, once it is needed.
-    size: Option<f64>,
+    at_rest: &'r AtRest,
     /// Key times by accessor.
     times: HashMap<u32, Vec<f64>>,
     /// Channels that change nothing a rig has: how many by path, and the first one's node.
@@ -243,8 +253,7 @@ impl<'b> Reader<'_, 'b> {
                 return Ok(track(values, motion_of));
             }
             "translation" => {
-                let rig = self.scene.rig;
-                let tolerance = 1e-6 * *self.size.get_or_insert_with(|| rig.size());
+                let tolerance = 1e-6 * *self.at_rest.size.get_or_init(|| self.scene.rig.size());
                 keys().any(|k| {
                     let offset =
                         binding.before.quaternion() * DVec3::from_array(values.get(k)) * binding.scale_above;

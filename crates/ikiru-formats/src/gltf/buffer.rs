@@ -8,6 +8,7 @@ use std::sync::Arc;
 use crate::error::Fault;
 use crate::gltf::document::BufferEntry;
 use crate::gltf::uri::{self, Target};
+use crate::warning::short;
 
 /// Where a buffer's bytes are.
 #[derive(Clone, Debug)]
@@ -78,7 +79,7 @@ fn external(folder: Option<&Path>, file: &Path, length: u64) -> Buffer {
     let Some(folder) = folder else {
         return Buffer::Missing(format!(
             "'{}' is unknown: the document was read without its folder",
-            file.display()
+            short(&file.to_string_lossy())
         ));
     };
     match uri::read_file(folder, file, length) {

@@ -157,7 +157,7 @@ fn joints(
     warnings: &mut Warnings,
 ) -> Result<(RigBuilder, Vec<Binding>), Fault> {
     let mut new_names = new_names(&nodes, &tree.order, warnings);
-    let mut builder = RigBuilder::new();
+    let mut builder = RigBuilder::with_capacity(tree.order.len());
     let mut bindings: Vec<Binding> = Vec::with_capacity(tree.order.len());
     for idx in &tree.order {
         let Some(mut node) = nodes.get_mut(*idx as usize).map(std::mem::take) else { continue };

@@ -114,16 +114,15 @@ pub(crate) fn union(
     Ok(all)
 }
 
-/// The clip of some tracks at the given times.
+/// The clip of some tracks at the given times, of joints that otherwise stay as in `rest`.
 pub(crate) fn sample(
     name: &str,
     tracks: &mut [Track<'_>],
     union: Vec<f64>,
     times: &HashMap<u32, Vec<f64>>,
-    rig: &Rig,
+    rest: &Pose,
 ) -> Result<Clip, String> {
     let mut poses: Vec<Pose> = Vec::with_capacity(union.len());
-    let rest = rig.rest_pose();
     for secs in &union {
         let mut pose = rest.clone();
         for track in &mut *tracks {

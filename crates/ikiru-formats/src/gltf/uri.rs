@@ -87,7 +87,7 @@ pub(crate) fn encode_data(mime: &str, bytes: &[u8]) -> String {
 
 /// Reads a file of the folder, at most `most` bytes of it.
 pub(crate) fn read_file(folder: &Path, file: &Path, most: u64) -> Result<Vec<u8>, String> {
-    let shown = file.display();
+    let shown = short(&file.to_string_lossy());
     let io = |error: std::io::Error| format!("'{shown}' cannot be read: {error}");
     let (root, path) = (folder.canonicalize().map_err(io)?, folder.join(file).canonicalize().map_err(io)?);
     if !path.starts_with(&root) {

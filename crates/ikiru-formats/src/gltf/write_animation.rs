@@ -45,7 +45,7 @@ fn animated(loaded: &Loaded, clip: &Clip) -> Result<Vec<u8>, Fault> {
         any.get_or_insert(id);
         let before = tracks.len();
         tracks.extend(rotations(loaded, clip, &keys, id, false));
-        tracks.extend(translations(loaded, clip, &keys, id));
+        tracks.extend(translations(loaded, clip, &keys, id)?);
         if tracks.len() > before {
             out.change_node(binding, |_| ())?;
         }
@@ -97,20 +97,30 @@ fn rotations(loaded: &Loaded, clip: &Clip, keys: &[usize], id: JointId, always: 
     Some(Track { node: binding.node, path: "rotation", values })
 }
 
-fn translations(loaded: &Loaded, clip: &Clip, keys: &[usize], id: JointId) -> Option<Track> {
-    let binding = loaded.source()?.bindings.get(id.index())?;
+fn translations(loaded: &Loaded, clip: &Clip, keys: &[usize], id: JointId) -> Result<Option<Track>, Fault> {
+    let binding = loaded.source().and_then(|source| source.bindings.get(id.index()));
+    let joint = clip.poses().first().and_then(|pose| pose.rig().get(id));
+    let (Some(binding), Some(joint)) = (binding, joint) else { return Ok(None) };
     let poses = || keys.iter().filter_map(|key| clip.poses().get(*key));
-    let translates = |motion: &Motion| matches!(motion, Motion::Free { .. } | Motion::Slider { .. });
-    if !clip.poses().first()?.rig().get(id).is_some_and(|joint| translates(&joint.motion))
-        || poses().all(|pose| pose.translation(id) == DVec3::ZERO)
-    {
-        return None;
+    let translates = matches!(joint.motion, Motion::Free { .. } | Motion::Slider { .. });
+    if !translates || poses().all(|pose| pose.translation(id) == DVec3::ZERO) {
+        return Ok(None);
     }
-    let values = poses()
-        .flat_map(|pose| node_translation(loaded, id, binding, pose.translation(id)))
-        .map(|c| c as f32)
-        .collect();
-    Some(Track { node: binding.node, path: "translation", values })
+    let mut values = Vec::with_capacity(keys.len().saturating_mul(3));
+    for pose in poses() {
+        values.extend(in_32_bits(node_translation(loaded, id, binding, pose.translation(id)))?);
+    }
+    Ok(Some(Track { node: binding.node, path: "translation", values }))
+}
+
+/// A translation as 32-bit numbers; one beyond their range is an error rather than infinite.
+pub(crate) fn in_32_bits(translation: [f64; 3]) -> Result<[f32; 3], Fault> {
+    let narrow = translation.map(|c| c as f32);
+    if narrow.iter().all(|c| c.is_finite()) {
+        return Ok(narrow);
+    }
+    let found = translation.to_vec();
+    Err(ErrorKind::Magnitude32 { what: "the translation", found }.into())
 }
 
 /// Appends the animation to the document, its numbers to a buffer.

@@ -39,7 +39,7 @@ fn load_text(text: &str) -> Result<Loaded, Trouble> {
     let document = Document::parse(text, &mut warnings)?;
     let leaders = leaders(&document)?;
     let tree = Tree::new(&document)?;
-    let mut builder = RigBuilder::new();
+    let mut builder = RigBuilder::with_capacity(count(&document)?);
     let (root, ids) = add_joints(&document, &tree, &mut builder, &mut warnings);
     for (id, leader) in ids.iter().zip(leaders) {
         if let Some(Leader { joint, multiplier, offset }) = leader {
@@ -65,6 +65,22 @@ fn load_text(text: &str) -> Result<Loaded, Trouble> {
         collision_shapes,
         ..Loaded::from_rig(rig)
     })
+}
+
+/// How many joints the rig will have; too many are refused before any is made.
+fn count(document: &Document<'_>) -> Result<usize, Trouble> {
+    let (mut found, most) = (1, RigBuilder::MOST_JOINTS);
+    let mut first_too_many = None;
+    for joint in &document.joints {
+        found += if joint.kind == Kind::Planar { 3 } else { 1 };
+        if found > most {
+            first_too_many.get_or_insert(joint);
+        }
+    }
+    match first_too_many {
+        None => Ok(found),
+        Some(joint) => Err(Trouble::new(joint.at, "<joint>", RigError::TooMany { found, most })),
+    }
 }
 
 /// Adds the root link and all joints to a builder; its id, and that of each joint of the document.
@@ -105,16 +121,21 @@ fn add_joints(
         }
         joint.parent = Some(parent);
         joint.motion = motion(element);
-        if element.child != element.name {
-            if taken.contains(&element.child) {
-                let hidden =
-                    || UrdfWarning::LinkHidden { link: short(&element.child), joint: short(&element.name) };
-                warnings.push(|| Warning::Urdf(hidden()));
-            } else {
-                joint.aliases.push(element.child.to_string());
-            }
-        }
         ids[*position] = builder.add(joint);
+    }
+    // When all joints have their names: the sliders of a planar joint may take one that a link bears.
+    for position in &tree.order {
+        let element = &document.joints[*position];
+        if element.child == element.name {
+            continue;
+        }
+        if taken.contains(&element.child) {
+            let hidden =
+                || UrdfWarning::LinkHidden { link: short(&element.child), joint: short(&element.name) };
+            warnings.push(|| Warning::Urdf(hidden()));
+        } else {
+            builder.joints_mut()[ids[*position].index()].aliases.push(element.child.to_string());
+        }
     }
     (root, ids)
 }
@@ -163,7 +184,8 @@ fn leaders(document: &Document<'_>) -> Result<Vec<Option<Leader>>, Trouble> {
             direct.push(None);
             continue;
         };
-        let unknown = || UrdfProblem::UnknownLeader(names::unknown(&mimic.leader, index.keys().copied()));
+        let unknown =
+            || UrdfProblem::UnknownLeader(names::unknown(&mimic.leader, joints.iter().map(|j| &*j.name)));
         let joint = *index.get(&*mimic.leader).ok_or_else(|| of_mimic(follower, mimic, unknown()))?;
         let kind = joints[joint].kind;
         if !kind.is_scalar() {

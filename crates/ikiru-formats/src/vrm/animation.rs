@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use crate::error::{Error, ErrorKind, Fault, Place};
 use crate::gltf::container;
 use crate::gltf::read::load;
-use crate::gltf::write_animation::key_times;
+use crate::gltf::write_animation::{in_32_bits, key_times};
 use crate::loaded::Loaded;
 use crate::vrm::read::Version;
 
@@ -83,7 +83,7 @@ fn write(clip: &Clip) -> Result<Vec<u8>, Fault> {
     let mut animation = Animation::new(&clip);
     for joint in rig.ids() {
         animation.rotate(joint);
-        animation.translate(joint);
+        animation.translate(joint)?;
     }
     let document = json!({
         "asset": { "version": "2.0", "generator": concat!("Ikiru ", env!("CARGO_PKG_VERSION")) },
@@ -159,14 +159,18 @@ impl<'c> Animation<'c> {
     }
 
     /// The way of the hips, always: then there is a channel.
-    fn translate(&mut self, joint: JointId) {
+    fn translate(&mut self, joint: JointId) -> Result<(), Fault> {
         let rig = self.clip.poses().first().map(Pose::rig);
-        let Some(rest) = rig.and_then(|rig| rig.get(joint)) else { return };
+        let Some(rest) = rig.and_then(|rig| rig.get(joint)) else { return Ok(()) };
         if rest.role == Some(Role::Hips) {
             let at = |pose: &Pose| -> DVec3 { rest.rest_translation + pose.translation(joint) };
-            let values: Vec<f32> = self.poses().flat_map(|p| at(p).to_array()).map(|c| c as f32).collect();
+            let mut values: Vec<f32> = Vec::new();
+            for pose in self.poses() {
+                values.extend(in_32_bits(at(pose).to_array())?);
+            }
             self.channel(joint, "translation", &values, "VEC3", 3);
         }
+        Ok(())
     }
 
     fn channel(&mut self, joint: JointId, path: &str, values: &[f32], kind: &str, width: usize) {
