@@ -37,6 +37,7 @@ mod limit;
 mod name;
 mod pose;
 mod rig;
+mod rigid;
 mod scalar;
 mod trig;
 
@@ -51,5 +52,6 @@ pub use joint::{EulerOrder, Joint, JointId, Mimic, Motion};
 pub use limit::{Cone, ConeError, ConeNormal, Range, TangentBox};
 pub use name::{UnknownName, unknown as unknown_name};
 pub use pose::{Pose, PoseError, difference_joint, project_joint, retract_joint, rotation_vector};
-pub use rig::{ChainError, Rig, RigBuilder, RigError, RigidError, decompose_affine};
+pub use rig::{ChainError, Rig, RigBuilder, RigError};
+pub use rigid::{RigidError, decompose_affine};
 pub use scalar::Scalar;

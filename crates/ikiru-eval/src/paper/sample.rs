@@ -68,7 +68,7 @@ pub fn sample(
 
 /// `n` of the points, spread as the centroids of k-means are: for each centroid the nearest point that is left.
 fn nearest_to_centroids(points: &[DVec3], n: usize, random: Xoshiro256PlusPlus) -> Result<Vec<DVec3>, Error> {
-    let flat = points.iter().flat_map(|p| p.to_array()).collect();
+    let flat = points.iter().flat_map(DVec3::to_array).collect();
     let array =
         Array2::from_shape_vec((points.len(), 3), flat).map_err(|e| Error::Clustering(e.to_string()))?;
     let model = KMeans::params_with_rng(n, random)
