@@ -102,8 +102,10 @@ pub enum ErrorKind {
         /// All words that can stand there.
         expected: Vec<&'static str>,
     },
-    /// A method that will exist.
-    #[error("method '{0}' is not available yet in this build: use 'lm' or 'adam'")]
+    /// A method that exists, but not in this build.
+    #[error(
+        "method '{0}' is not in this build: build with the cargo feature '{0}', which needs the system's Ipopt (Debian: apt-get install coinor-libipopt-dev), or use {}", list(&available())
+    )]
     NotAvailable(&'static str),
     /// A scale for a format that knows its unit.
     #[error("'scale' is {0}: glTF, VRM and URDF files are in metres, expected 1 or no scale at all")]
