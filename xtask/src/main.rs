@@ -6,6 +6,7 @@
 )]
 
 mod cargo;
+mod ipopt;
 mod package;
 mod test;
 mod tidy;

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Args, Command};
+use args::{Args, BenchCommand, Command};
 
 fn main() -> ExitCode {
     let args = match Args::try_parse() {
@@ -28,6 +28,8 @@ fn main() -> ExitCode {
         Command::Inspect(inspect) => commands::inspect::run(&inspect),
         Command::Solve(solve) => commands::solve::run(&solve),
         Command::Convert(convert) => commands::convert::run(&convert),
+        Command::Bench(BenchCommand::Paper(paper)) => commands::bench::paper(&paper),
+        Command::Bench(BenchCommand::Robots(robots)) => commands::bench::robots(&robots),
     };
     match done {
         Ok(outcome) => outcome.exit_code(),

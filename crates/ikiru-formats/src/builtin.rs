@@ -1,30 +1,36 @@
 //! Rigs that come with the library.
 
 use crate::error::{Error, ErrorKind, Place};
-use crate::gltf;
 use crate::loaded::Loaded;
+use crate::{gltf, urdf};
 
 /// What the name of a built-in rig begins with, where a file's could stand.
 pub(crate) const PREFIX: &str = "builtin:";
 
-/// The names of all built-in rigs: a skinned human with VRM's bones, and the bare skeleton that the
-/// evaluation runs on.
-pub const BUILTINS: [&str; 2] = ["human", "reference"];
+/// The names of all built-in rigs: a skinned human with VRM's bones, the bare skeleton that the evaluation runs
+/// on, and four robots (Franka Emika Panda, Universal Robots UR5, UFACTORY xArm 7, Unitree G1).
+pub const BUILTINS: [&str; 6] = ["human", "reference", "panda", "ur5", "xarm7", "g1"];
 
-/// Reads a built-in rig: `human` or `reference`, with or without `builtin:` before it.
+/// Reads a built-in rig by its name in [`BUILTINS`], with or without `builtin:` before it.
 ///
 /// # Errors
 /// An unknown name answers with those that exist.
 pub fn builtin(name: &str) -> Result<Loaded, Error> {
     let short = name.strip_prefix(PREFIX).unwrap_or(name);
-    let bytes: &[u8] = match short {
-        "human" => include_bytes!("../assets/human.vrm"),
-        "reference" => include_bytes!("../assets/reference_human.glb"),
+    let full = format!("{PREFIX}{short}");
+    let glb = |bytes: &[u8]| gltf::read::read(bytes.to_vec(), true, None, &full);
+    let urdf = |bytes: &[u8]| urdf::read::read(bytes, &full);
+    match short {
+        "human" => glb(include_bytes!("../assets/human.vrm")),
+        "reference" => glb(include_bytes!("../assets/reference_human.glb")),
+        "panda" => urdf(include_bytes!("../tests/data/robots/panda.urdf")),
+        "ur5" => urdf(include_bytes!("../tests/data/robots/ur5_robot.urdf")),
+        "xarm7" => urdf(include_bytes!("../tests/data/robots/xarm7.urdf")),
+        "g1" => urdf(include_bytes!("../tests/data/robots/g1_29dof_rev_1_0.urdf")),
         _ => {
             let known = BUILTINS.map(|n| format!("{PREFIX}{n}")).join(", ");
             let kind = ErrorKind::Builtin { name: short.to_owned(), known };
-            return Err(Error::new(format!("{PREFIX}{short}"), Place::File, kind));
+            Err(Error::new(full, Place::File, kind))
         }
-    };
-    gltf::read::read(bytes.to_vec(), true, None, &format!("{PREFIX}{short}"))
+    }
 }

@@ -283,7 +283,8 @@ fn names_of_files_and_rigs() {
     );
     assert!(read("rig").unwrap_err().to_string().contains("the ending '' is not one"));
     let expected = "builtin:hooman: there is no built-in rig 'hooman': \
-                    expected one of builtin:human, builtin:reference";
+                    expected one of builtin:human, builtin:reference, \
+                    builtin:panda, builtin:ur5, builtin:xarm7, builtin:g1";
     assert_eq!(builtin("hooman").unwrap_err().to_string(), expected);
     assert_eq!(read("builtin:hooman").unwrap_err().to_string(), expected);
 }

@@ -1,6 +1,7 @@
 //! What can be wrong with a scenario: file, line and column, what was found and what was expected.
 
 use ikiru_rig::{ConeError, RigError, UnknownName};
+use ikiru_solve::Method;
 
 use crate::builtin::BUILTINS;
 
@@ -104,7 +105,9 @@ pub enum ErrorKind {
     },
     /// A method that exists, but not in this build.
     #[error(
-        "method '{0}' is not in this build: build with the cargo feature '{0}', which needs the system's Ipopt (Debian: apt-get install coinor-libipopt-dev), or use {}", list(&available())
+        "method '{0}' is not in this build: build with the cargo feature '{0}' and the system's Ipopt \
+         (Debian: coinor-libipopt-dev), or use {others}",
+        others = list(&Method::ALL.iter().map(Method::name).collect::<Vec<_>>())
     )]
     NotAvailable(&'static str),
     /// A scale for a format that knows its unit.

@@ -71,7 +71,8 @@ pub struct AdamOptions {
 }
 
 impl AdamOptions {
-    const DEFAULT: Self = Self { rate: 0.1, beta1: 0.9, beta2: 0.999, epsilon: 1e-8 };
+    /// The settings of the authors.
+    pub const DEFAULT: Self = Self { rate: 0.1, beta1: 0.9, beta2: 0.999, epsilon: 1e-8 };
 }
 
 impl Default for AdamOptions {

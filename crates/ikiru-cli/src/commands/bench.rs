@@ -1,0 +1,169 @@
+//! `ikiru bench paper` and `ikiru bench robots`: measures, prints tables, writes rows and figures.
+
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, anyhow};
+use ikiru_eval::paper::{self, CONTENDERS, Contender, Row, TargetSet, Task};
+use ikiru_eval::robots::{self, Arm};
+use ikiru_scenario::Scenario;
+use ikiru_solve::Method;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::args::{PaperArgs, RobotsArgs};
+use crate::failure::{Failure, Outcome};
+use crate::output;
+
+/// What is measured together: a task on a set of targets.
+struct Part {
+    task: Task,
+    scenario: Scenario,
+    set: TargetSet,
+    /// Whether it is the set that the paper does not have.
+    is_beside: bool,
+}
+
+pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
+    let contenders = contenders(&args.methods)?;
+    let settings = paper::Settings { restarts: args.restarts, runs: args.runs, warmup: args.warmup };
+    if let Some(folder) = &args.out {
+        make_folder(folder)?;
+    }
+    let mut parts = parts(args)?;
+    let n_solves: usize = parts.iter().map(|p| p.set.points.len() * contenders.len() * settings.runs).sum();
+    let bar = progress(n_solves, "solving");
+    let mut all: Vec<Vec<Row>> = Vec::new();
+    for part in &mut parts {
+        let done = || bar.inc(1);
+        let rows = paper::run(part.task, &mut part.scenario, &part.set, &contenders, &settings, done);
+        all.push(rows.map_err(Failure::input)?);
+    }
+    bar.finish_and_clear();
+    let mut markdown = String::new();
+    for (part, rows) in parts.iter().zip(&all) {
+        let report = paper::Report::new(part.task, rows);
+        output::print(&format!("{}\n", report.for_terminal()))?;
+        markdown += &format!("{}\n", report.markdown());
+    }
+    if let Some(path) = &args.json {
+        let of_paper: Vec<&Row> =
+            parts.iter().zip(&all).filter(|(part, _)| !part.is_beside).flat_map(|(_, rows)| rows).collect();
+        write_json(path, &of_paper)?;
+    }
+    if let Some(folder) = &args.out {
+        let csv = paper::csv(&all.concat()).map_err(Failure::write)?;
+        write(&folder.join("results.csv"), &csv)?;
+        write(&folder.join("results.md"), markdown.as_bytes())?;
+        for (part, rows) in parts.iter_mut().zip(&all).filter(|(part, _)| !part.is_beside) {
+            if args.sample.is_some() {
+                let name = format!("targets_{}.json", part.task.name());
+                write(&folder.join(name), part.set.to_json().as_bytes())?;
+            }
+            paper::write_figures(part.task, &mut part.scenario, &part.set, &contenders, rows, folder)
+                .map_err(Failure::write)?;
+        }
+        output::print(&format!("wrote {}\n", output::printable(&folder.display().to_string())))?;
+    }
+    Ok(Outcome::Reached)
+}
+
+fn contenders(names: &[String]) -> Result<Vec<Contender>, Failure> {
+    if names.is_empty() {
+        return Ok(CONTENDERS.to_vec());
+    }
+    names.iter().map(|name| Contender::from_name(name.trim()).map_err(Failure::input)).collect()
+}
+
+fn parts(args: &PaperArgs) -> Result<Vec<Part>, Failure> {
+    let tasks = match &args.objective {
+        Some(name) => vec![Task::from_name(name).map_err(Failure::input)?],
+        None => Task::ALL.to_vec(),
+    };
+    let given = args.targets.as_deref().map(TargetSet::read).transpose().map_err(Failure::input)?;
+    let mut parts = Vec::new();
+    for task in tasks {
+        let mut scenario = task.scenario(args.rig.as_deref()).map_err(Failure::input)?;
+        let set = match (&given, args.sample) {
+            (Some(set), _) => set.clone(),
+            (None, Some(n)) => {
+                let bar = progress(n, "sampling");
+                let set = paper::sample(task, &mut scenario, n, args.seed, args.restarts, || bar.inc(1));
+                bar.finish_and_clear();
+                set.map_err(Failure::input)?
+            }
+            (None, None) => TargetSet::of_task(task).map_err(Failure::input)?,
+        };
+        parts.push(Part { task, scenario, set, is_beside: false });
+        let is_simple = task == Task::Simple && given.is_none() && args.sample.is_none();
+        if is_simple && args.rig.is_none() {
+            let scenario = task.scenario(None).map_err(Failure::input)?;
+            let set = TargetSet::builtin("reachable").map_err(Failure::input)?;
+            parts.push(Part { task, scenario, set, is_beside: true });
+        }
+    }
+    Ok(parts)
+}
+
+pub(crate) fn robots(args: &RobotsArgs) -> Result<Outcome, Failure> {
+    let arms = arms(args)?;
+    let method = Method::from_name(&args.method).ok_or_else(|| {
+        let known: Vec<&str> = Method::ALL.iter().map(Method::name).collect();
+        Failure::input(anyhow!("there is no method '{}': expected one of {}", args.method, known.join(", ")))
+    })?;
+    let settings = robots::Settings {
+        n: args.n,
+        seed: args.seed,
+        time_limit: Duration::from_secs_f64(args.time_limit_ms / 1e3),
+        method,
+        ..robots::Settings::default()
+    };
+    let bar = progress(arms.len() * settings.n, "solving");
+    let mut rows = Vec::new();
+    for arm in &arms {
+        rows.extend(robots::run(arm, &settings, || bar.inc(1)).map_err(Failure::input)?);
+    }
+    bar.finish_and_clear();
+    let report = robots::Report::new(&rows);
+    output::print(&if args.markdown { report.markdown() } else { report.for_terminal() })?;
+    if let Some(path) = &args.json {
+        write_json(path, &rows)?;
+    }
+    Ok(Outcome::Reached)
+}
+
+fn arms(args: &RobotsArgs) -> Result<Vec<Arm>, Failure> {
+    if let (Some(rig), Some(base), Some(tip)) = (&args.urdf, &args.base, &args.tip) {
+        let robot = rig.file_stem().map_or_else(|| "robot".into(), |s| s.to_string_lossy().into_owned());
+        return Ok(vec![Arm { robot, rig: rig.clone(), base: base.clone(), tip: tip.clone() }]);
+    }
+    if args.robots.is_empty() {
+        return Ok(Arm::all());
+    }
+    args.robots.iter().map(|name| Arm::from_name(name.trim()).map_err(Failure::input)).collect()
+}
+
+/// A bar on stderr; nothing where stderr is no terminal.
+fn progress(n: usize, what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new(u64::try_from(n).unwrap_or(u64::MAX));
+    let style = ProgressStyle::with_template("{msg} [{bar:40}] {human_pos} of {human_len}, {eta} left");
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_message(what)
+}
+
+fn make_folder(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("the folder {} cannot be made", folder.display()))
+        .map_err(Failure::write)
+}
+
+fn write_json(path: &Path, rows: &impl Serialize) -> Result<(), Failure> {
+    let mut text = serde_json::to_vec(rows).map_err(Failure::write)?;
+    text.push(b'\n');
+    write(path, &text)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    ikiru_formats::save(path, bytes)
+        .with_context(|| format!("the result cannot be written to {}", path.display()))
+        .map_err(Failure::write)
+}

@@ -1,0 +1,16 @@
+//! The evaluation: the paper's tables and figures ([`paper`]), and arms of robots by the protocol by which they are
+//! compared ([`robots`]).
+//!
+//! What the command `ikiru bench` does, as a library: sample or read targets, solve them with every method, and
+//! make tables, rows for programs and figures of what came out. One thread; the clock runs around the solve alone.
+
+mod chart;
+mod error;
+mod statistics;
+mod table;
+
+pub mod paper;
+pub mod robots;
+
+pub use error::Error;
+pub use statistics::Summary;

@@ -1,0 +1,19 @@
+//! The paper's evaluation (section 4): two tasks on the reference human, every method from the rest pose,
+//! success = cost below 0.005, at most 500 iterations a start.
+
+mod contenders;
+mod figures;
+mod published;
+mod report;
+mod run;
+mod sample;
+mod targets;
+mod task;
+
+pub use contenders::{CONTENDERS, Contender};
+pub use figures::write_figures;
+pub use report::{Report, csv};
+pub use run::{Row, Settings, run};
+pub use sample::{N_TARGETS, sample};
+pub use targets::TargetSet;
+pub use task::Task;
