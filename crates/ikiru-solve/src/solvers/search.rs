@@ -109,7 +109,7 @@ impl Budget {
         }
     }
 
-    fn next_start(&mut self) {
+    pub(crate) fn next_start(&mut self) {
         self.of_this_start = 0;
     }
 
