@@ -115,3 +115,63 @@ fn inverse_right_jacobian(v: DVec3, x: DVec3) -> DVec3 {
     let once = v.cross(x);
     x + 0.5 * once + factor * v.cross(once)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ikiru_rig::retract_joint;
+    use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+    use crate::objectives::RestPose;
+    use crate::problem::Problem;
+
+    #[test]
+    fn the_gradient_is_that_of_central_differences() {
+        let mut random = Random::new(4);
+        for case in 0..20 {
+            let rig = random_rig(8, case);
+            let mut problem = Problem::whole_body(&rig);
+            let joints: Vec<_> = problem.active().collect();
+            problem.add(1.0, RestPose::new(&joints, rig.rest_pose()));
+            let plan = Plan::new(&problem);
+            let n_frames = 2 + random.below(5);
+            let (n, nc) = (plan.n_dofs, plan.n_coords);
+            let weights = (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();
+            let mut coords = Vec::new();
+            for _ in 0..n_frames {
+                let pose = random_pose(&rig, &mut random);
+                for m in &plan.movers {
+                    coords.extend_from_slice(&pose.coords()[m.pose_coord..m.pose_coord + m.n_coords]);
+                }
+            }
+            let mut smoothness = Smoothness::new(weights, n_frames);
+            smoothness.cost(&plan, &coords);
+            let mut gradient = vec![0.0; n * n_frames];
+            smoothness.add_half_gradient(&plan, &mut gradient);
+            for t in 0..n_frames {
+                for m in &plan.movers {
+                    for j in 0..m.n_dofs {
+                        let mut at = |h: f64| {
+                            let mut moved = coords.clone();
+                            let mut tangent = [0.0; 6];
+                            tangent[j] = h;
+                            let from = t * nc + m.coord;
+                            retract_joint(
+                                &m.motion,
+                                &mut moved[from..from + m.n_coords],
+                                &tangent[..m.n_dofs],
+                            );
+                            smoothness.cost(&plan, &moved).iter().sum::<f64>()
+                        };
+                        let h = 1e-6;
+                        let numeric = (at(h) - at(-h)) / (4.0 * h);
+                        let exact = gradient[t * n + m.dof + j];
+                        // Half a turn between frames is a corner of the distance: random poses come near it.
+                        let near = (numeric - exact).abs() < 1e-5 * (1.0 + exact.abs());
+                        assert!(near, "case {case}: {numeric} is not {exact}");
+                    }
+                }
+            }
+        }
+    }
+}
