@@ -142,6 +142,13 @@ fn parse_count(text: &str) -> Result<usize, String> {
     }
 }
 
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if hz > 0.0 && hz <= 1e4 => Ok(hz),
+        _ => Err("expected frames a second above 0, at most 10000".to_owned()),
+    }
+}
+
 fn parse_millis(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(ms) if ms > 0.0 && ms <= 1e6 => Ok(ms),
@@ -202,11 +209,17 @@ pub(crate) struct SolveArgs {
 Examples:
   ikiru convert walk.bvh walk.vrma                       for any VRM avatar
   ikiru convert walk.bvh walk.glb --onto avatar.vrm      on that avatar, skinned and animated
-  ikiru convert avatar.vrm skeleton.bvh                  its skeleton at rest")]
+  ikiru convert walk.bvh walk.csv --rate 30              its numbers as a table, 30 rows a second
+  ikiru convert walk.bvh walk.json --onto builtin:human  as joint rotations of that rig
+  ikiru convert avatar.vrm skeleton.bvh                  its skeleton at rest
+
+A .csv file has a row a frame: time_secs, root_translation.x to .z, then each moving joint's rotation on top of
+rest as NAME.x, .y, .z, .w (a quaternion), or its NAME.x_deg to .z_deg, NAME.angle_deg or NAME.offset. A .json
+file has the same as lists: times, root_translation and joints.")]
 pub(crate) struct ConvertArgs {
     /// A .glb, .gltf, .vrm, .vrma, .bvh or .urdf file, or one of the built-in rigs
     pub(crate) input: PathBuf,
-    /// A .glb (only from or onto a glTF or VRM file), .bvh or .vrma file
+    /// A .glb (only from or onto a glTF or VRM file), .bvh, .vrma, .json or .csv file
     pub(crate) output: PathBuf,
     /// The character that the motion goes onto, through humanoid roles
     #[arg(long, value_name = "RIG")]
@@ -214,6 +227,9 @@ pub(crate) struct ConvertArgs {
     /// Which motion, where there are several; the first one otherwise
     #[arg(long, value_name = "NAME")]
     pub(crate) clip: Option<String>,
+    /// Frames a second, evenly, along a smooth curve through the motion's own; as near as first and last frame allow
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    pub(crate) rate: Option<f64>,
     /// Humanoid roles that count more than those found in the input
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) roles: Option<PathBuf>,

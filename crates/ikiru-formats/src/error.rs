@@ -1,7 +1,7 @@
 //! What can be wrong with a file: its name, the place, what was found and what was expected.
 
-use ikiru_rig::RigError;
 use ikiru_rig::humanoid::TransferError;
+use ikiru_rig::{RigError, UnknownName};
 
 use crate::urdf::UrdfProblem;
 
@@ -135,6 +135,35 @@ pub enum ErrorKind {
     Shape {
         /// What was found and what was expected.
         message: String,
+    },
+    /// Valid JSON, but not a motion: a member has the wrong type or is missing.
+    #[error("not as a motion has it: {message}")]
+    MotionShape {
+        /// What was found and what was expected.
+        message: String,
+    },
+    /// A list of a motion that does not have one entry a frame.
+    #[error("found {found} entries, expected {expected}: one for each of \"times\"")]
+    FrameCount {
+        /// How many entries there are.
+        found: usize,
+        /// How many frames the motion has.
+        expected: usize,
+    },
+    /// A joint of a motion that the rig does not have.
+    #[error(transparent)]
+    UnknownJoint(#[from] UnknownName),
+    /// A joint that cannot move as a motion says.
+    #[error("joint '{joint}' is {motion}: found {found:?}, expected {expected}")]
+    CannotMove {
+        /// Name of the joint.
+        joint: String,
+        /// How it moves.
+        motion: &'static str,
+        /// What it should do.
+        found: Vec<f64>,
+        /// What it could do.
+        expected: &'static str,
     },
     /// A list that is longer than any real file's.
     #[error("more than {most} elements, the most that are read")]

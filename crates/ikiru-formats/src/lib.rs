@@ -1,11 +1,12 @@
-//! Readers and writers of the Ikiru inverse-kinematics library: glTF, BVH, URDF, poses as JSON, built-in
-//! rigs.
+//! Readers and writers of the Ikiru inverse-kinematics library: glTF, BVH, URDF, poses and motions as
+//! JSON, motions as CSV, built-in rigs.
 //!
 //! [`read`] takes a `.glb`, `.gltf`, `.vrm`, `.vrma`, `.bvh` or `.urdf` file, or the name of a rig that comes with the library, and
 //! gives a valid rig, its clips, and typed [`Warning`]s about what was mended. [`write_posed_glb`] and
 //! [`write_animated_glb`] give the same file back, mesh, skin and materials included, in a pose or with a
 //! motion; [`write_bvh_pose`] and [`write_bvh_clip`] write any rig's motion as BVH.
-//! [`read_vrma`] and [`write_vrma`] are for motions that fit every avatar.
+//! [`read_vrma`] and [`write_vrma`] are for motions that fit every avatar; [`motion_json`], which
+//! [`read_motion_json`] reads, and [`motion_csv`] for other programs.
 //!
 //! ```
 //! use ikiru_rig::Role;
@@ -32,10 +33,12 @@ pub mod urdf;
 
 mod builtin;
 mod collision;
+mod csv;
 mod error;
 mod file;
 mod json;
 mod loaded;
+mod motion;
 mod names;
 mod vrm;
 mod warning;
@@ -45,11 +48,12 @@ pub use bvh::read::read_bvh;
 pub use bvh::write::{write_bvh_clip, write_bvh_pose};
 pub use bvh::{BvhOptions, PositionChannels};
 pub use collision::{CollisionShape, ShapeKind};
+pub use csv::motion_csv;
 pub use error::{Error, ErrorKind, Place};
 pub use file::{read, read_glb, read_gltf, read_scaled, read_urdf, save};
 pub use gltf::write::write_posed_glb;
 pub use gltf::write_animation::write_animated_glb;
-pub use json::pose_json;
+pub use json::{motion_json, pose_json, read_motion_json};
 pub use loaded::Loaded;
 pub use vrm::animation::{read_vrma, write_vrma};
 pub use warning::{BoneProblem, Warning};

@@ -44,7 +44,9 @@ mod trig;
 pub mod humanoid;
 pub mod kinematics;
 
-pub use clip::{Clip, ClipError};
+pub use clip::{
+    Clip, ClipError, ClipMeasure, LimitMargin, Margin, Part, Peak, Rate, RateSummaries, RateSummary, Rates,
+};
 pub use dual::Dual;
 pub use frame::{Frame, Rotation, Vec3};
 pub use humanoid::Role;

@@ -58,6 +58,19 @@ impl Range {
         }
     }
 
+    /// How far inside a value lies: the distance to the nearer end, negative outside. Infinite where there is
+    /// no end, and for a range without width that holds the value, since there is no way out to be measured.
+    #[must_use]
+    pub fn margin(&self, value: f64) -> f64 {
+        let margin = (value - self.min).min(self.max - value);
+        if self.max - self.min < 1e-12 && margin > -1e-9 { f64::INFINITY } else { margin }
+    }
+
+    /// [`margin`](Self::margin) of an angle for which a range of a whole turn is no limit.
+    fn margin_around(&self, angle: f64) -> f64 {
+        if self.max - self.min >= 2.0 * PI { f64::INFINITY } else { self.margin(angle) }
+    }
+
     pub(crate) fn is_ordered(&self) -> bool {
         self.min <= self.max && self.min < f64::INFINITY && self.max > f64::NEG_INFINITY
     }
@@ -225,6 +238,30 @@ impl Cone {
         let clamped = self.clamp_twist(twist);
         let around = (twist - clamped).abs();
         [excess, around.min(2.0 * PI - around)]
+    }
+
+    /// How far inside a rotation lies, in radians: the distance of the swing vector to the ellipse, and that
+    /// of the twist to the nearer end of its range. Negative outside, infinite where nothing limits; so it
+    /// is for a direction without width that is held, since there is no way out to be measured.
+    #[must_use]
+    pub fn margin(&self, q: DQuat) -> [f64; 2] {
+        let (swing, twist) = self.swing_twist(q);
+        let [excess, beyond] = self.distance(q);
+        let (a, b) = (self.swing.x, self.swing.y);
+        let swing_margin = if excess > ANTIPODE {
+            -excess
+        } else if a.min(b) < ANTIPODE {
+            let of = |width: f64, value: f64| {
+                if width < ANTIPODE { f64::INFINITY } else { width - value.abs() }
+            };
+            of(a, swing.x).min(of(b, swing.y))
+        } else if a.min(b) >= PI - 1e-6 {
+            f64::INFINITY
+        } else {
+            distance_inside_ellipse(swing, self.swing)
+        };
+        let twist_margin = if beyond > ANTIPODE { -beyond } else { self.twist.margin_around(twist) };
+        [swing_margin, twist_margin]
     }
 
     fn ellipse_excess(&self, s: DVec2) -> f64 {
@@ -404,6 +441,27 @@ fn nearest_on_ellipse(point: DVec2, widths: DVec2) -> DVec2 {
     (nearest / length.max(1.0)).copysign(point)
 }
 
+/// How far a point in an ellipse lies from its edge. Half-widths are above 0.
+fn distance_inside_ellipse(point: DVec2, widths: DVec2) -> f64 {
+    // As for a point outside, but the root lies between −w² of the shorter axis and 0; it is counted from there,
+    // since it may be very near. Exactly on the longer axis the nearest point leaves it, as it does a hair
+    // beside it.
+    let (p, w2) = (point.abs().max(widths * 1e-12), widths * widths);
+    let beyond = w2 - w2.min_element();
+    let mut t = (widths * p - beyond).max_element();
+    for _ in 0..64 {
+        // Newton's method on 1/|r|, which is almost straight even next to the pole at 0.
+        let r = widths * p / (beyond + t);
+        let length = r.length();
+        let step = (length - 1.0) * length * length / (r * r / (beyond + t)).element_sum();
+        t += step;
+        if step.abs() <= 1e-15 * t {
+            break;
+        }
+    }
+    p.distance(w2 * p / (beyond + t))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -454,6 +512,33 @@ mod tests {
                 let on = DVec2::from_angle(f64::from(i) * PI / 360.0) * w;
                 prop_assert!(p.distance(best) <= p.distance(on) + 1e-9);
             }
+        }
+
+        #[test]
+        fn margins_are_distances_to_the_edge(
+            axis in prop::array::uniform3(-1.0..1.0f64), widths in prop::array::uniform2(0.05..3.1f64),
+            at in 0.0..0.999f64, direction in 0.0..6.3f64, on_axis in 0..3usize, twist in -1.5..1.5f64,
+        ) {
+            prop_assume!(DVec3::from(axis).length() > 0.1);
+            let widths = DVec2::from(widths);
+            let cone = Cone::new(DVec3::from(axis), widths.to_array(), Range::new(-2.0, 1.6)).unwrap();
+            let unit = [DVec2::from_angle(direction), DVec2::X, DVec2::Y][on_axis];
+            let swing = unit * widths * at;
+            let [swing_margin, twist_margin] = cone.margin(cone.compose(swing.to_array(), twist));
+            prop_assert!((twist_margin - (twist + 2.0).min(1.6 - twist)).abs() < 1e-9);
+            // The nearest of many points of the edge, then of many around that one.
+            let far = |angle: f64| swing.distance(DVec2::from_angle(angle) * widths);
+            let nearest_of = |around: f64, step: f64| {
+                let angles = (-200..=200).map(|i| around + f64::from(i) * step);
+                angles.min_by(|a, b| far(*a).total_cmp(&far(*b))).unwrap()
+            };
+            let nearest = far(nearest_of(nearest_of(0.0, PI / 200.0), PI / 200.0 / 200.0));
+            prop_assert!(swing_margin <= nearest + 1e-9 && swing_margin > nearest - 1e-4, "{} {}", swing_margin, nearest);
+            // Outside it is how far outside, negative.
+            let out = cone.compose((unit * widths * 1.01).to_array(), 1.7);
+            let [swing_out, twist_out] = cone.margin(out);
+            prop_assert!(swing_out <= 0.0 || (unit * widths * 1.01).length() > PI);
+            prop_assert!(twist_out < 0.0 || (unit * widths * 1.01).length() > PI);
         }
 
         #[test]

@@ -11,10 +11,22 @@ use crate::rig::Rig;
 /// Its numbers lie joint after joint, parents first: an angle (radians) for a hinge, an offset (metres) for
 /// a slider, angles (x, y, z) for an Euler joint, a quaternion (x, y, z, w) for a ball, and a translation
 /// (metres, in the parent's frame after the rest transform) followed by a quaternion for a free joint.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Pose {
     rig: Rig,
     coords: Vec<f64>,
+}
+
+impl Clone for Pose {
+    fn clone(&self) -> Self {
+        Self { rig: self.rig.clone(), coords: self.coords.clone() }
+    }
+
+    /// Does not allocate where `self` is a pose of the same rig already.
+    fn clone_from(&mut self, source: &Self) {
+        self.rig.clone_from(&source.rig);
+        self.coords.clone_from(&source.coords);
+    }
 }
 
 impl PartialEq for Pose {
@@ -287,17 +299,22 @@ impl Pose {
         }
         let mut tangent = vec![0.0; self.rig.n_dofs()];
         for joint in self.rig.ids() {
-            let (data, at) = (&self.rig.joints()[joint.index()], self.rig.coords_of(joint));
-            if data.n_dofs() > 0 {
-                let to = &mut tangent[self.rig.dofs_of(joint)];
-                if self.rig.kernels()[joint.index()].leads {
-                    to[0] = other.coords[at.start] - self.coords[at.start];
-                } else {
-                    difference_joint(&data.motion, &self.coords[at.clone()], &other.coords[at], to);
-                }
-            }
+            self.difference_of(joint, other, &mut tangent[self.rig.dofs_of(joint)]);
         }
         Ok(tangent)
+    }
+
+    /// One joint's part of the [`difference`](Self::difference) to another pose of the same rig.
+    pub(crate) fn difference_of(&self, joint: JointId, other: &Self, tangent: &mut [f64]) {
+        let (data, at) = (&self.rig.joints()[joint.index()], self.rig.coords_of(joint));
+        if data.n_dofs() == 0 {
+            return;
+        }
+        if self.rig.kernels()[joint.index()].leads {
+            tangent[0] = other.coords[at.start] - self.coords[at.start];
+        } else {
+            difference_joint(&data.motion, &self.coords[at.clone()], &other.coords[at], tangent);
+        }
     }
 
     /// The pose a fraction `t` of the way to `other`, on the manifold: balls turn about one axis. `t` outside 0 to 1

@@ -2,10 +2,11 @@
 
 use anyhow::{Context, anyhow};
 use ikiru_formats::{
-    Loaded, save, write_animated_glb, write_bvh_clip, write_bvh_pose, write_posed_glb, write_vrma,
+    Loaded, motion_csv, motion_json, save, write_animated_glb, write_bvh_clip, write_bvh_pose,
+    write_posed_glb, write_vrma,
 };
-use ikiru_rig::Clip;
 use ikiru_rig::humanoid::{Reference, transfer};
+use ikiru_rig::{Clip, JointId, Motion};
 
 use crate::args::{ConvertArgs, has_ending};
 use crate::failure::{Failure, Outcome};
@@ -13,8 +14,8 @@ use crate::output;
 use crate::roles::read_with_roles;
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
-    let expected = "expected .glb, .bvh or .vrma";
-    if !has_ending(&args.output, &["glb", "bvh", "vrma"]) {
+    let expected = "expected .glb, .bvh, .vrma, .json or .csv";
+    if !has_ending(&args.output, &["glb", "bvh", "vrma", "json", "csv"]) {
         let path = args.output.display();
         return Err(Failure::input(anyhow!(
             "{path} does not end in a format that can be written: {expected}"
@@ -40,6 +41,12 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
             (target, Some(moved))
         }
     };
+    let clip = match args.rate {
+        None => clip,
+        Some(hz) => {
+            Some(needed(clip.as_ref(), args, "--rate is for one")?.resample(hz).map_err(Failure::input)?)
+        }
+    };
     let bytes = written(&loaded, clip.as_ref(), args)?;
     save(&args.output, &bytes).map_err(Failure::write)?;
     output::print(&format!("wrote {}\n", output::printable(&args.output.display().to_string())))?;
@@ -56,15 +63,25 @@ fn chosen_clip(loaded: &Loaded, args: &ConvertArgs) -> Result<Option<Clip>, Fail
     })
 }
 
+/// The motion, where there must be one.
+fn needed<'c>(clip: Option<&'c Clip>, args: &ConvertArgs, why: &str) -> Result<&'c Clip, Failure> {
+    clip.ok_or_else(|| Failure::input(anyhow!("{} has no motion, and {why}", args.input.display())))
+}
+
 fn written(loaded: &Loaded, clip: Option<&Clip>, args: &ConvertArgs) -> Result<Vec<u8>, Failure> {
     let rest = loaded.rig.rest_pose();
     let bytes = if has_ending(&args.output, &["bvh"]) {
         clip.map_or_else(|| write_bvh_pose(loaded, &rest), |clip| write_bvh_clip(loaded, clip))
     } else if has_ending(&args.output, &["vrma"]) {
-        let clip = clip.ok_or_else(|| {
-            Failure::input(anyhow!("{} has no motion, and a .vrma file is one", args.input.display()))
-        })?;
-        write_vrma(clip)
+        write_vrma(needed(clip, args, "a .vrma file is one")?)
+    } else if has_ending(&args.output, &["csv"]) {
+        let clip = needed(clip, args, "a .csv file is one")?;
+        motion_csv(clip, &moving(clip))
+    } else if has_ending(&args.output, &["json"]) {
+        let clip = needed(clip, args, "a .json file is one here")?;
+        let mut text = motion_json(clip, &moving(clip)).to_string().into_bytes();
+        text.push(b'\n');
+        return Ok(text);
     } else {
         clip.map_or_else(|| write_posed_glb(loaded, &rest), |clip| write_animated_glb(loaded, clip))
     };
@@ -74,4 +91,10 @@ fn written(loaded: &Loaded, clip: Option<&Clip>, args: &ConvertArgs) -> Result<V
         args.input.display()
     );
     bytes.context(advice).map_err(Failure::input)
+}
+
+/// The joints that can move, followers included.
+fn moving(clip: &Clip) -> Vec<JointId> {
+    let rig = clip.rig();
+    rig.ids().filter(|id| rig.get(*id).is_some_and(|joint| joint.motion != Motion::Fixed)).collect()
 }

@@ -162,13 +162,13 @@ fn fault(error: &serde_json::Error, pointer: String) -> Fault {
 }
 
 /// The message without the place, which the error carries apart.
-fn without_place(error: &serde_json::Error) -> String {
+pub(crate) fn without_place(error: &serde_json::Error) -> String {
     let message = error.to_string();
     short(message.rfind(" at line ").and_then(|end| message.get(..end)).unwrap_or(&message))
 }
 
 /// A path as a JSON pointer.
-fn pointer(path: &serde_path_to_error::Path) -> String {
+pub(crate) fn pointer(path: &serde_path_to_error::Path) -> String {
     use serde_path_to_error::Segment;
     let mut pointer = String::new();
     for segment in path {

@@ -1,5 +1,15 @@
-//! Poses as JSON: what the command prints and other programs read.
+//! Poses and motions as JSON: what the command prints and other programs read and write.
 
+mod document;
+mod read;
 mod write;
 
-pub use write::pose_json;
+pub use read::read_motion_json;
+pub use write::{motion_json, pose_json};
+
+/// Numbers of a joint besides its rotation, in a motion.
+mod key {
+    pub(super) const EULER: &str = "euler_deg";
+    pub(super) const ANGLE: &str = "angle_deg";
+    pub(super) const OFFSET: &str = "offset";
+}

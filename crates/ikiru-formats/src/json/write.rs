@@ -1,7 +1,10 @@
-//! A pose → JSON, under the rig's own names.
+//! A pose or a motion → JSON, under the rig's own names.
 
-use ikiru_rig::{JointId, Motion, Pose};
+use ikiru_rig::{Clip, JointId, Motion, Pose};
 use serde_json::{Map, Value, json};
+
+use super::key;
+use crate::motion::{aligned_rotations, floating_root};
 
 /// A pose as JSON:
 /// `{"root_translation": [x, y, z], "joints": {NAME: {"rotation": [x, y, z, w], …}}}`.
@@ -12,9 +15,7 @@ use serde_json::{Map, Value, json};
 /// the rig does not have are left out.
 #[must_use]
 pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
-    let root = pose.rig().root().filter(|root| {
-        pose.rig().get(*root).is_some_and(|joint| matches!(joint.motion, Motion::Free { .. }))
-    });
+    let root = floating_root(pose.rig());
     let translation = root.map_or([0.0; 3], |root| pose.translation(root).to_array());
     let mut named = Map::with_capacity(joints.len());
     for id in joints {
@@ -25,17 +26,84 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
         match joint.motion {
             Motion::Euler { .. } => {
                 let angles = pose.euler(*id).unwrap_or_default().map(f64::to_degrees);
-                value.insert("euler_deg".to_owned(), json!(angles));
+                value.insert(key::EULER.to_owned(), json!(angles));
             }
             Motion::Hinge { .. } => {
-                value.insert("angle_deg".to_owned(), json!(scalar.to_degrees()));
+                value.insert(key::ANGLE.to_owned(), json!(scalar.to_degrees()));
             }
             Motion::Slider { .. } => {
-                value.insert("offset".to_owned(), json!(scalar));
+                value.insert(key::OFFSET.to_owned(), json!(scalar));
             }
             Motion::Fixed | Motion::Ball { .. } | Motion::Free { .. } => {}
         }
         named.insert(joint.name.clone(), Value::Object(value));
     }
     json!({ "root_translation": translation, "joints": named })
+}
+
+/// A clip as JSON, one entry a frame:
+/// `{"times": [s], "root_translation": [[x, y, z]], "joints": {NAME: [[x, y, z, w]]}}`.
+///
+/// Each of `joints` has the rotations of its motion, on top of the rest rotation, neighbours on the same side (so
+/// that numbers may be blended); `root_translation` is that of the topmost joint that moves, in metres on
+/// top of rest, zeros where it does not float. Where rotations do not tell everything, two more members do:
+/// `"angles": {NAME: {"euler_deg": [[x, y, z]]}}` for an Euler joint, `{"angle_deg": [°]}` for a hinge,
+/// `{"offset": [m]}` for a slider; and `"translations": {NAME: [[x, y, z]]}` for free joints besides the
+/// root. Both are left out where they would be empty. Ids that the rig does not have are left out.
+///
+/// [`read_motion_json`](crate::read_motion_json) reads it. Numbers that are not finite become `null`, which
+/// it refuses.
+///
+/// ```
+/// use ikiru_rig::Clip;
+///
+/// let rig = ikiru_formats::builtin("human")?.rig;
+/// let wrist = rig.joint("leftHand")?;
+/// let mut wave = rig.rest_pose();
+/// wave.set_rotation(wrist, glam::DQuat::from_rotation_z(0.5))?;
+/// let clip = Clip::new("wave", vec![0.0, 0.5], vec![rig.rest_pose(), wave])?;
+/// let text = ikiru_formats::motion_json(&clip, &[wrist]).to_string();
+/// let again = ikiru_formats::read_motion_json(text.as_bytes(), "wave.json", &rig)?;
+/// assert!((again.poses()[1].rotation(wrist).z - 0.25_f64.sin()).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use]
+pub fn motion_json(clip: &Clip, joints: &[JointId]) -> Value {
+    let rig = clip.rig();
+    let root = floating_root(rig);
+    let translations = |joint: Option<JointId>| -> Vec<[f64; 3]> {
+        let of = |pose: &Pose| joint.map_or([0.0; 3], |joint| pose.translation(joint).to_array());
+        clip.poses().iter().map(of).collect()
+    };
+    let (mut rotations, mut angles, mut moved) = (Map::new(), Map::new(), Map::new());
+    for id in joints {
+        let Some(joint) = rig.get(*id) else { continue };
+        let turns: Vec<[f64; 4]> = aligned_rotations(clip, *id).map(|q| q.to_array()).collect();
+        rotations.insert(joint.name.clone(), json!(turns));
+        let values = || clip.poses().iter().map(|pose| pose.value(*id).unwrap_or_default());
+        let numbers = match joint.motion {
+            Motion::Euler { .. } => {
+                let euler = |pose: &Pose| pose.euler(*id).unwrap_or_default().map(f64::to_degrees);
+                json!({ key::EULER: clip.poses().iter().map(euler).collect::<Vec<_>>() })
+            }
+            Motion::Hinge { .. } => json!({ key::ANGLE: values().map(f64::to_degrees).collect::<Vec<_>>() }),
+            Motion::Slider { .. } => json!({ key::OFFSET: values().collect::<Vec<_>>() }),
+            Motion::Free { .. } if Some(*id) != root => {
+                moved.insert(joint.name.clone(), json!(translations(Some(*id))));
+                continue;
+            }
+            Motion::Fixed | Motion::Ball { .. } | Motion::Free { .. } => continue,
+        };
+        angles.insert(joint.name.clone(), numbers);
+    }
+    let mut motion = Map::new();
+    motion.insert("times".to_owned(), json!(clip.times()));
+    motion.insert("root_translation".to_owned(), json!(translations(root)));
+    motion.insert("joints".to_owned(), Value::Object(rotations));
+    for (name, members) in [("angles", angles), ("translations", moved)] {
+        if !members.is_empty() {
+            motion.insert(name.to_owned(), Value::Object(members));
+        }
+    }
+    Value::Object(motion)
 }

@@ -1,6 +1,21 @@
 //! A clip: poses over time, as a motion file holds them.
+//!
+//! Between its poses a clip is read in one of two ways: straight ([`Clip::sample`]), or along a smooth curve
+//! ([`Clip::sample_cubic`]). Measures of how it moves are finite differences of the poses ([`Clip::rates`],
+//! [`Clip::measure`]), or belong to the smooth curve ([`Clip::peak_speed`], [`Clip::path_length`]).
+
+mod cubic;
+mod curve;
+mod edit;
+mod measure;
+mod rates;
+mod turn;
+
+pub use measure::{ClipMeasure, LimitMargin, Margin, RateSummaries};
+pub use rates::{Part, Peak, Rate, RateSummary, Rates};
 
 use crate::pose::Pose;
+use crate::rig::Rig;
 
 /// Poses at increasing times, all of one rig.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +50,23 @@ pub enum ClipError {
     /// A pose of another rig than the first.
     #[error("pose {0} belongs to another rig than pose 0")]
     Rig(usize),
+    /// Two clips of different rigs.
+    #[error("the clips belong to different rigs")]
+    OtherRig,
+    /// A number of poses a second that is not finite or not above 0.
+    #[error("the rate must be a finite number of poses a second above 0, not {0}")]
+    Rate(f64),
+    /// A pause that is not finite or negative.
+    #[error("the gap must be a finite number of seconds, 0 or more, not {0}")]
+    Gap(f64),
+    /// More poses than fit into 2 GiB.
+    #[error("{n_poses} poses are too many for this rig: expected at most {most}")]
+    TooLong {
+        /// How many there would be.
+        n_poses: f64,
+        /// How many there may be.
+        most: usize,
+    },
 }
 
 impl Clip {
@@ -66,6 +98,19 @@ impl Clip {
         &self.name
     }
 
+    /// The same clip under another name.
+    #[must_use]
+    pub fn with_name(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// The rig that its poses are of.
+    #[must_use]
+    pub fn rig(&self) -> &Rig {
+        self.poses[0].rig()
+    }
+
     /// The times, in seconds.
     #[must_use]
     pub fn times(&self) -> &[f64] {
@@ -89,13 +134,23 @@ impl Clip {
     /// it does at a time that is not a number.
     #[must_use]
     pub fn sample(&self, secs: f64) -> Pose {
+        let (before, t) = self.locate(secs);
+        match (self.poses.get(before + 1), t) {
+            // Both poses belong to one rig, so there is always a way between them.
+            (Some(after), t) if t > 0.0 => {
+                self.poses[before].interpolate(after, t).unwrap_or_else(|_| self.poses[before].clone())
+            }
+            _ => self.poses[before].clone(),
+        }
+    }
+
+    /// The pose at or before a time, and how far on the time is towards the next one, from 0 to below 1.
+    fn locate(&self, secs: f64) -> (usize, f64) {
         let after = self.times.partition_point(|t| *t <= secs);
         if after == 0 || after == self.times.len() {
-            return self.poses[after.min(self.times.len() - 1)].clone();
+            return (after.saturating_sub(1), 0.0);
         }
         let before = after - 1;
-        let t = (secs - self.times[before]) / (self.times[after] - self.times[before]);
-        // Both poses belong to one rig, so there is always a way between them.
-        self.poses[before].interpolate(&self.poses[after], t).unwrap_or_else(|_| self.poses[before].clone())
+        (before, (secs - self.times[before]) / (self.times[after] - self.times[before]))
     }
 }

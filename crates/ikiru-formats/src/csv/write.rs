@@ -1,0 +1,133 @@
+//! A motion → a table with one row a frame.
+
+use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
+
+use crate::error::{Error, ErrorKind, Fault};
+use crate::motion::{aligned_rotations, floating_root};
+
+/// A clip as a table, in UTF-8 with commas: a line of names, then one row a frame.
+///
+/// | columns | hold |
+/// |---|---|
+/// | `time_secs` | the frame's time |
+/// | `root_translation.x`, `.y`, `.z` | translation of the topmost joint that moves, in metres on top of rest; zeros where it does not float |
+/// | `NAME.x`, `.y`, `.z`, `.w` | rotation of a ball or free joint on top of its rest rotation; rows next to each other on the same side |
+/// | `NAME.translation.x`, `.y`, `.z` | translation of a free joint that is not the root, likewise |
+/// | `NAME.x_deg`, `.y_deg`, `.z_deg` | angles of an Euler joint |
+/// | `NAME.angle_deg` | angle of a hinge |
+/// | `NAME.offset` | offset of a slider, in metres |
+///
+/// Joints stand in the order of `joints`; fixed ones, and ids that the rig does not have, have no column.
+/// Numbers have as many digits as bring back the same bits.
+///
+/// ```
+/// use ikiru_rig::Clip;
+///
+/// let rig = ikiru_formats::builtin("human")?.rig;
+/// let clip = Clip::new("still", vec![0.0], vec![rig.rest_pose()])?;
+/// let table = ikiru_formats::motion_csv(&clip, &[rig.joint("leftHand")?])?;
+/// assert_eq!(
+///     String::from_utf8(table)?,
+///     "time_secs,root_translation.x,root_translation.y,root_translation.z,\
+///      hand_l.x,hand_l.y,hand_l.z,hand_l.w\n0,0,0,0,0,0,0,1\n"
+/// );
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the clip has numbers that are not finite or quaternions not of unit length.
+pub fn motion_csv(clip: &Clip, joints: &[JointId]) -> Result<Vec<u8>, Error> {
+    let name = if clip.name().is_empty() { "clip" } else { clip.name() };
+    write(clip, joints).map_err(|fault| fault.in_file(name))
+}
+
+fn write(clip: &Clip, joints: &[JointId]) -> Result<Vec<u8>, Fault> {
+    if !clip.poses().iter().all(Pose::is_valid) {
+        return Err(ErrorKind::InvalidPose { what: "the clip" }.into());
+    }
+    let columns = columns(clip, joints);
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let failed = |error: csv::Error| ErrorKind::Io { doing: "write the table", source: error.into() };
+    table.write_record(columns.iter().map(|column| &column.name)).map_err(failed)?;
+    for frame in 0..clip.times().len() {
+        // A column has one number a frame.
+        let row =
+            columns.iter().map(|column| column.numbers.get(frame).map_or_else(String::new, f64::to_string));
+        table.write_record(row).map_err(failed)?;
+    }
+    table
+        .into_inner()
+        .map_err(|error| ErrorKind::Io { doing: "write the table", source: error.into_error() }.into())
+}
+
+struct Column {
+    name: String,
+    numbers: Vec<f64>,
+}
+
+fn columns(clip: &Clip, joints: &[JointId]) -> Vec<Column> {
+    let rig = clip.rig();
+    let root = floating_root(rig);
+    let mut columns = vec![Column { name: "time_secs".to_owned(), numbers: clip.times().to_vec() }];
+    match root {
+        Some(root) => translation(&mut columns, clip, root, "root_translation"),
+        None => {
+            let still = clip.poses().iter().map(|_| [0.0; 3]);
+            several(&mut columns, "root_translation", ["x", "y", "z"], still);
+        }
+    }
+    for id in joints {
+        joint(&mut columns, clip, rig, *id, root);
+    }
+    columns
+}
+
+fn joint(columns: &mut Vec<Column>, clip: &Clip, rig: &Rig, id: JointId, root: Option<JointId>) {
+    let Some(joint) = rig.get(id) else { return };
+    let name = &joint.name;
+    let value = |pose: &Pose| pose.value(id).unwrap_or_default();
+    match joint.motion {
+        Motion::Fixed => {}
+        Motion::Hinge { .. } => {
+            let numbers = clip.poses().iter().map(|pose| value(pose).to_degrees()).collect();
+            columns.push(Column { name: format!("{name}.angle_deg"), numbers });
+        }
+        Motion::Slider { .. } => {
+            let numbers = clip.poses().iter().map(value).collect();
+            columns.push(Column { name: format!("{name}.offset"), numbers });
+        }
+        Motion::Euler { .. } => {
+            let angles =
+                clip.poses().iter().map(|pose| pose.euler(id).unwrap_or_default().map(f64::to_degrees));
+            several(columns, name, ["x_deg", "y_deg", "z_deg"], angles);
+        }
+        Motion::Ball { .. } | Motion::Free { .. } => {
+            let rotations = aligned_rotations(clip, id).map(|q| q.to_array());
+            several(columns, name, ["x", "y", "z", "w"], rotations);
+            if matches!(joint.motion, Motion::Free { .. }) && Some(id) != root {
+                translation(columns, clip, id, &format!("{name}.translation"));
+            }
+        }
+    }
+}
+
+fn translation(columns: &mut Vec<Column>, clip: &Clip, joint: JointId, name: &str) {
+    let translations = clip.poses().iter().map(|pose| pose.translation(joint).to_array());
+    several(columns, name, ["x", "y", "z"], translations);
+}
+
+/// A column for each of the numbers that belong together.
+fn several<const N: usize>(
+    columns: &mut Vec<Column>,
+    name: &str,
+    parts: [&str; N],
+    rows: impl Iterator<Item = [f64; N]>,
+) {
+    let mut added = parts.map(|part| Column { name: format!("{name}.{part}"), numbers: Vec::new() });
+    for row in rows {
+        for (column, number) in added.iter_mut().zip(row) {
+            column.numbers.push(number);
+        }
+    }
+    columns.extend(added);
+}
