@@ -22,7 +22,9 @@ const GROWTH: f64 = 4.0;
 const MOST_DAMPING: f64 = 1e12;
 const LEAST_DAMPING: f64 = 1e-10;
 /// A step that promises less than this part of the cost is not worth taking.
-const LEAST_GAIN: f64 = 1e-10;
+const LEAST_GAIN: f64 = 1e-9;
+/// A step that gains less than this part of what it promised is corrected.
+const POOR: f64 = 0.5;
 /// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
 const LEAST_STEP: f64 = 1e-11;
 /// How many starts are looked at for each restart; the cheapest is taken.
@@ -43,6 +45,8 @@ pub struct MotionWorkspace {
     step: MotionStep,
     adam: MotionAdam,
     accepted: Vec<f64>,
+    first_try: Vec<f64>,
+    residual: Vec<f64>,
     start: Vec<f64>,
     best: Vec<f64>,
 }
@@ -115,6 +119,7 @@ impl<'a> Run<'a> {
         workspace.step = MotionStep::new(&plan, &state);
         workspace.adam = MotionAdam::new(&plan, &state);
         workspace.accepted.clone_from(&state.coords);
+        workspace.first_try.clone_from(&state.coords);
         workspace.start.clone_from(&state.coords);
         workspace.best.clone_from(&state.coords);
         Ok(Self { solver, motion, guess, plan, state, workspace, budget })
@@ -276,7 +281,7 @@ impl<'a> Run<'a> {
     /// The method of poses (`solvers/lm.rs`) over all frames at once.
     fn run_lm(&mut self, cost: f64, bar: &Bar) -> Outcome {
         let (plan, motion, state) = (&self.plan, self.motion, &mut self.state);
-        let (step, accepted) = (&mut self.workspace.step, &mut self.workspace.accepted);
+        let MotionWorkspace { step, accepted, first_try, residual, .. } = &mut *self.workspace;
         let first = cost;
         let mut cost = cost;
         let (mut damping, mut scale) = (0.0, 0.0);
@@ -316,7 +321,22 @@ impl<'a> Run<'a> {
                     return Outcome { cost, stop: StopReason::Converged };
                 }
                 state.step(plan, accepted, &step.delta);
-                let trial = state.evaluate(plan, motion);
+                let mut trial = state.evaluate(plan, motion);
+                if cost - trial < POOR * promised && !state.rows.blocks.is_empty() {
+                    // Residuals bend away from their linear model: one more solve follows the bend.
+                    state.scaled_residuals(plan, motion, residual);
+                    first_try.copy_from_slice(&state.coords);
+                    step.subtract_model(state, residual);
+                    step.correct(plan, state, damping_now, residual);
+                    state.step(plan, accepted, &step.delta);
+                    let corrected = state.evaluate(plan, motion);
+                    if corrected < trial {
+                        trial = corrected;
+                    } else {
+                        state.coords.copy_from_slice(first_try);
+                        trial = state.evaluate(plan, motion);
+                    }
+                }
                 if trial < cost {
                     let ratio = (cost - trial) / promised.max(1e-300);
                     damping *= if ratio > 0.75 {

@@ -77,9 +77,9 @@ impl FrameRows {
     }
 }
 
-/// `x := A⁻¹ x` for a symmetric positive definite matrix of `n` rows, of which the lower triangle is read and
-/// replaced by its Cholesky factor; false where it is not positive definite.
-pub(crate) fn solve_dense(n: usize, a: &mut [f64], x: &mut [f64]) -> bool {
+/// Replaces the lower triangle of a symmetric matrix of `n` rows by its Cholesky factor, reciprocals on its
+/// diagonal; false where it is not positive definite.
+pub(crate) fn factor_dense(n: usize, a: &mut [f64]) -> bool {
     for i in 0..n {
         let (above, row) = a.split_at_mut(i * n);
         let row = &mut row[..=i];
@@ -90,11 +90,17 @@ pub(crate) fn solve_dense(n: usize, a: &mut [f64], x: &mut [f64]) -> bool {
         }
         let full = row[i];
         let pivot = full - row[..i].iter().map(|v| v * v).sum::<f64>();
-        if !(pivot > full * 1e-15) {
+        // Also false for what is not a number.
+        if pivot.partial_cmp(&(full * 1e-15)) != Some(std::cmp::Ordering::Greater) {
             return false;
         }
         row[i] = 1.0 / pivot.sqrt();
     }
+    true
+}
+
+/// `x := A⁻¹ x` for a matrix that was [factored](factor_dense).
+pub(crate) fn solve_dense(n: usize, a: &[f64], x: &mut [f64]) {
     for i in 0..n {
         let row = &a[i * n..=i * n + i];
         let known: f64 = row[..i].iter().zip(&x[..i]).map(|(a, b)| a * b).sum();
@@ -108,5 +114,4 @@ pub(crate) fn solve_dense(n: usize, a: &mut [f64], x: &mut [f64]) -> bool {
             *b -= l * this[0];
         }
     }
-    true
 }

@@ -160,6 +160,29 @@ impl MotionState {
         }
     }
 
+    /// The residuals at the current coordinates, scaled as the rows of the last linearization are.
+    pub(crate) fn scaled_residuals(&mut self, plan: &Plan, motion: &MotionProblem, residual: &mut Vec<f64>) {
+        residual.clear();
+        let mut part_idx = 0;
+        for i in 0..self.keyed.len() {
+            let t = self.keyed[i];
+            if self.evaluated != Some(t) {
+                self.evaluate_frame(plan, motion, t);
+            }
+            let terms = motion.at(t);
+            for term in plan.terms.iter().filter(|term| terms.is_on(term.term)) {
+                let mut row = term.rows.start;
+                for part in term.parts.start..term.parts.end - usize::from(term.has_motion_part) {
+                    let scale = self.rows.parts[part_idx].weight.sqrt();
+                    let n_rows = plan.parts[part].n_rows;
+                    residual.extend(self.frame.residual[row..row + n_rows].iter().map(|r| r * scale));
+                    row += n_rows;
+                    part_idx += 1;
+                }
+            }
+        }
+    }
+
     /// `coords := project(from ⊕ tangents)` for all frames that are not given.
     pub(crate) fn step(&mut self, plan: &Plan, from: &[f64], tangents: &[f64]) {
         let (n, nc) = (plan.n_dofs, plan.n_coords);

@@ -9,7 +9,7 @@
 //! whatever the damping, which only shortens the step as a whole.
 
 use crate::motion::banded::Banded;
-use crate::motion::rows::{FrameRows, solve_dense};
+use crate::motion::rows::{FrameRows, factor_dense, solve_dense};
 use crate::motion::state::MotionState;
 use crate::plan::Plan;
 
@@ -192,9 +192,29 @@ impl MotionStep {
 
     /// Solves for what is open; the rest keeps its `delta`.
     fn solve_open(&mut self, state: &MotionState, damping: f64) -> bool {
-        if !self.factor(state, damping) {
+        if !self.factor(state, damping) || !self.factor_rows(&state.rows) {
             return false;
         }
+        self.solve_factored(state, damping, &state.rows.residual);
+        true
+    }
+
+    /// Solves once more with what was factored last, for other residuals at the same place. With those of a
+    /// step, less what the linear model says of it, this is the step that its curvature asks for: along a narrow curved
+    /// valley it leads back to the ground (a second-order correction).
+    pub(crate) fn correct(&mut self, plan: &Plan, state: &MotionState, damping: f64, residual: &[f64]) {
+        self.solve_factored(state, damping, residual);
+        self.clamp(plan, state);
+    }
+
+    /// `residual -= J delta`
+    pub(crate) fn subtract_model(&mut self, state: &MotionState, residual: &mut [f64]) {
+        self.delta.iter_mut().for_each(|d| *d = -*d);
+        state.rows.add_product(&self.delta, residual);
+        self.delta.iter_mut().for_each(|d| *d = -*d);
+    }
+
+    fn solve_factored(&mut self, state: &MotionState, damping: f64, residual: &[f64]) {
         let n = self.n_dofs;
         let mut right = std::mem::take(&mut self.right);
         let mut y = std::mem::take(&mut self.y);
@@ -202,13 +222,13 @@ impl MotionStep {
         right.clear();
         right.extend_from_slice(&state.gradient);
         y.clear();
-        y.extend_from_slice(&state.rows.residual);
-        if self.delta.iter().zip(&self.open).any(|(d, open)| *d != 0.0 && !open) {
-            for idx in 0..self.delta.len() {
-                if self.open[idx] {
-                    self.delta[idx] = 0.0;
-                }
+        y.extend_from_slice(residual);
+        for idx in 0..self.delta.len() {
+            if self.open[idx] {
+                self.delta[idx] = 0.0;
             }
+        }
+        if self.delta.iter().any(|d| *d != 0.0) {
             self.add_coupling(state, damping, &mut right);
             state.rows.add_product(&self.delta, &mut y);
         }
@@ -217,18 +237,15 @@ impl MotionStep {
         self.apply_inverse(&mut u);
         u.iter_mut().for_each(|v| *v = -*v);
         state.rows.add_product(&u, &mut y);
-        let solved = self.solve_rows(&state.rows, &mut y);
-        if solved {
-            state.rows.add_transposed(&y, &mut right);
-            self.apply_inverse(&mut right);
-            for idx in 0..n * self.n_frames {
-                if self.open[idx] {
-                    self.delta[idx] = -right[idx];
-                }
+        solve_dense(y.len(), &self.dense, &mut y);
+        state.rows.add_transposed(&y, &mut right);
+        self.apply_inverse(&mut right);
+        for idx in 0..n * self.n_frames {
+            if self.open[idx] {
+                self.delta[idx] = -right[idx];
             }
         }
         (self.right, self.y) = (right, y);
-        solved
     }
 
     /// `right += (smoothness + damping + curvature) · delta`
@@ -250,12 +267,9 @@ impl MotionStep {
         }
     }
 
-    /// `y := (I + J A⁻¹ Jᵀ)⁻¹ y`
-    fn solve_rows(&mut self, rows: &FrameRows, y: &mut [f64]) -> bool {
+    /// Factors `I + J A⁻¹ Jᵀ`.
+    fn factor_rows(&mut self, rows: &FrameRows) -> bool {
         let (n, m, n_blocks) = (self.n_dofs, rows.n_rows(), rows.blocks.len());
-        if m == 0 {
-            return true;
-        }
         self.invert_at(rows);
         let mut dense = std::mem::take(&mut self.dense);
         dense.clear();
@@ -280,9 +294,9 @@ impl MotionStep {
         for i in 0..m {
             dense[i * m + i] += 1.0;
         }
-        let solved = solve_dense(m, &mut dense, y);
+        let factored = factor_dense(m, &mut dense);
         self.dense = dense;
-        solved
+        factored
     }
 
     /// The entries of the inverses at pairs of frames with rows.
