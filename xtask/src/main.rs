@@ -7,6 +7,7 @@
 
 mod cargo;
 mod fuzz;
+mod ipopt;
 mod package;
 mod test;
 mod tidy;

@@ -6,21 +6,20 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 
 use crate::cargo::{self, Target};
-use crate::{package, tidy};
+use crate::{ipopt, package, tidy};
 
 /// A step: its name and what it does in the project's root.
 type Step = (&'static str, fn(&Path) -> Result<()>);
 
 /// The cheap ones first, so that a slip shows within seconds.
-const STEPS: [Step; 8] = [
+const STEPS: [Step; 10] = [
     ("components", cargo::require_components),
     ("format", |root| cargo::run(root, &["fmt", "--all", "--check"])),
-    ("clippy", |root| {
-        let args = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"];
-        cargo::run(root, &args)
-    }),
+    ("libraries", ipopt::provide),
+    ("clippy", ipopt::clippy),
     ("tidy", tidy::run),
     ("tests", |root| cargo::run(root, &["test", "--workspace"])),
+    ("ipopt", ipopt::test),
     ("examples", examples),
     ("docs", |root| {
         let mut command = cargo::command(root);

@@ -10,6 +10,7 @@ Examples:
   ikiru inspect avatar.vrm                    show joints, limits, roles and clips
   ikiru solve reach.toml --out posed.glb      solve, write the posed character
   ikiru solve reach.toml --json | jq .cost    the same for programs
+  ikiru plan wave.toml --out wave.glb         a smooth motion over time
   ikiru convert walk.bvh walk.glb --onto avatar.vrm    a motion onto a character
   ikiru bench paper                           the paper's tables, measured here
 
@@ -32,6 +33,8 @@ pub(crate) enum Command {
     Inspect(InspectArgs),
     /// Solve a scenario and report every objective
     Solve(SolveArgs),
+    /// Plan a scenario as a motion over time, and report every objective
+    Plan(PlanArgs),
     /// Take a rig or motion from one format to another, or a motion onto another character
     Convert(ConvertArgs),
     /// Measure: the paper's evaluation, and arms of robots
@@ -202,6 +205,74 @@ pub(crate) struct SolveArgs {
     /// Where the pose goes: .glb (posed, skinned), .bvh or .json (joint rotations)
     #[arg(long, value_name = "FILE", value_parser = parse_out)]
     pub(crate) out: Option<Out>,
+}
+
+#[derive(Debug, Group)]
+#[command(after_help = "\
+A scenario with a motion has, beside what 'ikiru solve' reads:
+  [motion]
+  duration_secs = 2.0      # at rate = 30 frames a second; or: points = 10
+  smoothness = [0.001, 0.001, 0.001]    # weights of speed, acceleration, jerk
+
+  [[objective]]
+  at = 1.0                 # seconds; or: from = 0.5 and to = 1.5; the end by default")]
+pub(crate) struct PlanArgs {
+    /// A scenario with [motion], as a .toml file
+    pub(crate) scenario: PathBuf,
+    /// Print the report and the motion as one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Where the motion goes: .glb (animated, skinned), .bvh, .vrma, .json or .csv
+    #[arg(long, value_name = "FILE", value_parser = parse_motion_out)]
+    pub(crate) out: Option<MotionOut>,
+    /// A figure of angles, speeds, jerk and the effector's way over time: .svg or .png
+    #[arg(long, value_name = "FILE", value_parser = parse_plot)]
+    pub(crate) plot: Option<PathBuf>,
+}
+
+/// A file for a motion and how it is written, which its ending decides.
+#[derive(Clone, Debug)]
+pub(crate) struct MotionOut {
+    pub(crate) path: PathBuf,
+    pub(crate) format: MotionFormat,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MotionFormat {
+    /// The rig's own file with an animation.
+    Glb,
+    /// A skeleton with frames.
+    Bvh,
+    /// A VRM animation.
+    Vrma,
+    /// The report and the motion.
+    Json,
+    /// A table.
+    Csv,
+}
+
+fn parse_motion_out(text: &str) -> Result<MotionOut, String> {
+    let path = PathBuf::from(text);
+    let formats = [
+        ("glb", MotionFormat::Glb),
+        ("bvh", MotionFormat::Bvh),
+        ("vrma", MotionFormat::Vrma),
+        ("json", MotionFormat::Json),
+        ("csv", MotionFormat::Csv),
+    ];
+    let format = formats.iter().find(|(ending, _)| has_ending(&path, &[ending]));
+    let format =
+        format.map(|f| f.1).ok_or("expected a name that ends in .glb, .bvh, .vrma, .json or .csv")?;
+    Ok(MotionOut { path, format })
+}
+
+fn parse_plot(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if has_ending(&path, &["svg", "png"]) {
+        Ok(path)
+    } else {
+        Err("expected a name that ends in .svg or .png".to_owned())
+    }
 }
 
 #[derive(Debug, Group)]

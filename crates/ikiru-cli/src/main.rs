@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Command::Demo(demo) => commands::demo::run(&demo),
         Command::Inspect(inspect) => commands::inspect::run(&inspect),
         Command::Solve(solve) => commands::solve::run(&solve),
+        Command::Plan(plan) => commands::plan::run(&plan),
         Command::Convert(convert) => commands::convert::run(&convert),
         Command::Bench(BenchCommand::Paper(paper)) => commands::bench::paper(&paper),
         Command::Bench(BenchCommand::Robots(robots)) => commands::bench::robots(&robots),

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{ErrorKind, Write, stderr, stdout};
+use std::path::Path;
 
 use ikiru_formats::{pose_json, save, write_bvh_pose, write_posed_glb};
 use ikiru_rig::Pose;
@@ -63,8 +64,13 @@ pub(crate) fn write_pose(scenario: &Scenario, pose: &Pose, out: &Out) -> Result<
             text
         }
     };
-    save(&out.path, &bytes).map_err(|e| {
-        let advice = format!("the result cannot be written to {}", out.path.display());
+    write(&out.path, &bytes)
+}
+
+/// Writes a file.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    save(path, bytes).map_err(|e| {
+        let advice = format!("the result cannot be written to {}", path.display());
         Failure::write(anyhow::Error::new(e).context(advice))
     })
 }

@@ -64,12 +64,23 @@ pub(crate) fn solved(
     printable(&text).into_owned()
 }
 
-fn objectives(scenario: &Scenario, report: &Report<'_>) -> Table {
+/// A table of objectives, its numbers to the right.
+pub(crate) fn table(header: [&str; 7]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.style_mut().row_separator = LineStyle::none();
+    table.set_header(header);
+    for column in [0, 4, 5] {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+fn objectives(scenario: &Scenario, report: &Report<'_>) -> Table {
     let by_cost = scenario.solver.options().cost_below.is_some();
-    table.set_header(["", "objective", "joint", "target", "weight", "residual", ""]);
+    let mut table = table(["", "objective", "joint", "target", "weight", "residual", ""]);
     for (idx, term) in report.terms.iter().enumerate() {
         let mark = match (term.satisfied, term.mandatory) {
             (true, _) => "ok",
@@ -87,11 +98,6 @@ fn objectives(scenario: &Scenario, report: &Report<'_>) -> Table {
             residual_text(term),
             mark.to_owned(),
         ]);
-    }
-    for column in [0, 4, 5] {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
     }
     table
 }
@@ -139,7 +145,7 @@ fn residual_text(term: &TermReport) -> String {
     term.second.map_or(first.clone(), |(residual, unit)| format!("{first}, {}", length_text(residual, unit)))
 }
 
-fn length_text(residual: f64, unit: Unit) -> String {
+pub(crate) fn length_text(residual: f64, unit: Unit) -> String {
     match unit {
         Unit::Metres => format!("{:.2} mm", residual * 1e3),
         Unit::Radians => format!("{:.2}°", residual.to_degrees()),
@@ -155,7 +161,7 @@ pub(crate) fn short(number: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn cost_text(cost: f64) -> String {
+pub(crate) fn cost_text(cost: f64) -> String {
     if cost != 0.0 && cost < 1e-3 { format!("{cost:.2e}") } else { format!("{cost:.5}") }
 }
 
@@ -169,7 +175,7 @@ pub(crate) fn time_text(time: Duration) -> String {
     }
 }
 
-fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
+pub(crate) fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
     match (stop, options.cost_below) {
         (StopReason::Reached, Some(bar)) => format!("the cost is below {}", short(bar)),
         (StopReason::Reached, None) => "every objective that counts is within its tolerance".to_owned(),

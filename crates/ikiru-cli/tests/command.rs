@@ -173,10 +173,10 @@ fn wrong_commands_get_suggestions() {
     ikiru(&["solve", "a.toml", "--jsn"]).fails(2, &["--json"]);
     let help = ikiru(&["--help"]);
     assert_eq!(help.code, 0);
-    for word in ["demo", "inspect", "solve", "Examples:", "Exit status"] {
+    for word in ["demo", "inspect", "solve", "convert", "bench", "Examples:", "Exit status"] {
         assert!(help.stdout.contains(word), "{}", help.stdout);
     }
-    for word in ["plan", "bench", "view "] {
+    for word in ["plan", "view "] {
         assert!(!help.stdout.contains(word), "{word} is not there yet: {}", help.stdout);
     }
 }
@@ -329,11 +329,22 @@ fn bench_paper_writes_rows_tables_and_figures() {
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("set.json"), "[[0.3, 0.2, 0.4], [0.2, 0.1, 0.45], [0.35, 0.1, 0.3]]").unwrap();
     let paper = |more: &[&str]| {
-        let mut args = vec!["bench", "paper", "--targets", "set.json", "--runs", "2", "--warmup", "1"];
+        let mut args = vec!["bench", "paper", "--targets", "set.json"];
         args.extend(more);
         ikiru_in(folder.path(), &args)
     };
-    let run = paper(&["--methods", "lm-local,fabrik", "--json", "rows.json", "--out", "results"]);
+    let run = paper(&[
+        "--runs",
+        "2",
+        "--warmup",
+        "1",
+        "--methods",
+        "lm-local,fabrik",
+        "--json",
+        "rows.json",
+        "--out",
+        "results",
+    ]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(run.stdout.contains("combined objective, set.json: 2 targets, 2 runs"), "{}", run.stdout);
     let rows: Value = serde_json::from_slice(&std::fs::read(at("rows.json")).unwrap()).unwrap();
@@ -350,7 +361,7 @@ fn bench_paper_writes_rows_tables_and_figures() {
     paper(&["--objective", "both"]).fails(2, &["both", "simple, combined"]);
     paper(&["--warmup", "3"]).fails(2, &["nothing to measure"]);
     paper(&["--runs", "0"]).fails(2, &["above 0"]);
-    paper(&["--json", "none/rows.json"]).fails(3, &["none/rows.json"]);
+    paper(&["--warmup", "1", "--runs", "1", "--json", "none/rows.json"]).fails(3, &["none/rows.json"]);
     ikiru_in(folder.path(), &["bench", "paper", "--targets", "none.json"]).fails(2, &["none.json"]);
     ikiru(&["bench", "paper", "--sample", "10"]).fails(2, &["of 10 sampled points", "sample about"]);
 }

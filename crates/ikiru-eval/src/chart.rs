@@ -43,6 +43,20 @@ pub(crate) fn save(figure: &impl Figure, folder: &Path, stem: &str) -> Result<[P
     Ok(paths)
 }
 
+/// Writes a figure into one file, by its ending.
+pub(crate) fn save_as(figure: &impl Figure, path: &Path) -> Result<(), Error> {
+    use_own_font();
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    match ending.as_str() {
+        "svg" => draw(figure, SVGBackend::new(path, figure.size()), path),
+        "png" => draw(figure, BitMapBackend::new(path, figure.size()), path),
+        _ => {
+            let reason = "a figure's name ends in .svg or .png".to_owned();
+            Err(Error::Write { path: path.to_owned(), reason })
+        }
+    }
+}
+
 fn draw<B: DrawingBackend>(figure: &impl Figure, backend: B, path: &Path) -> Result<(), Error> {
     let area = backend.into_drawing_area();
     let drawn = area.fill(&WHITE).and_then(|()| figure.draw(&area)).and_then(|()| area.present());

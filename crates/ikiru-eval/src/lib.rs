@@ -6,6 +6,7 @@
 
 mod chart;
 mod error;
+mod motion_figure;
 mod statistics;
 mod table;
 
@@ -13,4 +14,5 @@ pub mod paper;
 pub mod robots;
 
 pub use error::Error;
+pub use motion_figure::write_motion_figure;
 pub use statistics::Summary;

@@ -1,6 +1,7 @@
 //! What can be wrong with a scenario: file, line and column, what was found and what was expected.
 
 use ikiru_rig::{ConeError, RigError, UnknownName};
+use ikiru_solve::{Method, MotionError};
 
 use crate::builtin::BUILTINS;
 
@@ -102,8 +103,12 @@ pub enum ErrorKind {
         /// All words that can stand there.
         expected: Vec<&'static str>,
     },
-    /// A method that will exist.
-    #[error("method '{0}' is not available yet in this build: use 'lm' or 'adam'")]
+    /// A method that exists, but not in this build.
+    #[error(
+        "method '{0}' is not in this build: build with the cargo feature '{0}' and the system's Ipopt \
+         (Debian: coinor-libipopt-dev), or use {others}",
+        others = list(&Method::ALL.iter().map(Method::name).collect::<Vec<_>>())
+    )]
     NotAvailable(&'static str),
     /// A scale for a format that knows its unit.
     #[error("'scale' is {0}: glTF, VRM and URDF files are in metres, expected 1 or no scale at all")]
@@ -168,6 +173,15 @@ pub enum ErrorKind {
     /// A vector without direction.
     #[error("'{0}' has the length 0: expected {1}")]
     NoLength(String, &'static str),
+    /// Something that is about time, in a scenario of a single pose.
+    #[error("'{0}' says when an objective holds: expected a table [motion] in the scenario")]
+    NeedsMotion(String),
+    /// A scenario of a single pose where a motion is wanted.
+    #[error("the scenario has no [motion]: expected one with 'duration_secs' or 'points'")]
+    NoMotion,
+    /// A motion that cannot be.
+    #[error("the motion cannot be planned: {0}")]
+    Motion(MotionError),
     /// Nothing moves.
     #[error("no joint of the rig can move: expected limits that make one move, [limits.NAME]")]
     NothingMoves,

@@ -40,6 +40,7 @@
 //! | `[limits.NAME]` | `min_deg`, `max_deg`: ranges of the angles (x, y, z) of `Rz·Ry·Rx`; or `axis`, `swing_deg`, `twist_deg`: a cone, twist ±180 unless given | as the rig has it |
 //! | `[start]` | `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]` | the rest pose |
 //! | `[[objective]]` | `kind` and its keys, below | an error |
+//! | `[motion]` | for planning: `duration_secs` and `rate` (30), or `points`; `smoothness = [speed, acceleration, jerk]` (0.001 each), `fixed_start` (true), `[motion.end]` as `[start]` | a single pose |
 //! | `[stop]` | `cost_below`, `max_iterations` (500), `max_restarts` (64), `max_time_ms` | as in brackets |
 //!
 //! | `kind` | keys | success asks for it |
@@ -52,6 +53,9 @@
 //! | `known_rotation` | `joints = { NAME = … }` with values as in `[start]`, `tolerance_deg` | yes |
 //! | `rest_pose` | `joints`; left out: all active ones; `tolerance_deg` | no |
 //!
+//! Beside a `[motion]`, every objective takes `at`, or `from` and `to`, in seconds: when it holds; at the last frame
+//! otherwise. [`Scenario::into_motion`] makes it ready to plan.
+//!
 //! Every objective takes `weight` (1), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
 //! `{ huber = width }` (`known_rotation` and `rest_pose`: squared alone). Tolerances are 0.001 m and 0.5° unless
 //! given. Metres, degrees in keys that end in `_deg`, y up.
@@ -59,6 +63,7 @@
 mod builtin;
 mod error;
 mod limits;
+mod motion;
 mod objective;
 mod scenario;
 mod table;
@@ -67,6 +72,7 @@ mod warning;
 
 pub use builtin::BUILTINS;
 pub use error::{Error, ErrorKind};
+pub use motion::{MotionScenario, MotionSettings};
 pub use objective::{ScenarioObjective, TermHandle};
 pub use scenario::{Scenario, TargetError};
 pub use warning::Warning;

@@ -6,9 +6,10 @@ use ikiru_solve::objectives::{
     Apart, Direction, Distance, Gaze, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget, Position,
     RelativePose, RestPose,
 };
-use ikiru_solve::{Loss, Objective, Problem, TermId, Tolerance};
+use ikiru_solve::{Loss, Objective, Problem, TermId, Timeline, Tolerance, When};
 
 use crate::error::{Error, ErrorKind};
+use crate::motion::when;
 use crate::table::{Table, Value};
 use crate::values::{joint, joint_angles, joint_of_key, name_of};
 
@@ -34,6 +35,8 @@ pub struct ScenarioObjective {
     pub joint: Option<JointId>,
     /// Its term in the problem.
     pub term: TermHandle,
+    /// When it holds, in a scenario with `[motion]`; the last frame otherwise.
+    pub when: When,
 }
 
 /// The typed id of an objective's term: `scenario.problem[id]` is the objective itself.
@@ -94,6 +97,7 @@ pub(crate) fn add_all(
     rig: &Rig,
     active: &[JointId],
     scenario: &Table<'_>,
+    timeline: Option<&Timeline>,
     problem: &mut Problem,
 ) -> Result<Vec<ScenarioObjective>, Error> {
     let list = scenario.require("objective", "at least one [[objective]]")?;
@@ -105,7 +109,8 @@ pub(crate) fn add_all(
     let mut objectives = Vec::with_capacity(entries.len());
     for (idx, entry) in entries.iter().enumerate() {
         let table = entry.table(format!("objective {}", idx + 1))?;
-        objectives.push(add(rig, active, &table, problem)?);
+        let objective = add(rig, active, &table, problem)?;
+        objectives.push(ScenarioObjective { when: when(&table, timeline)?, ..objective });
     }
     Ok(objectives)
 }
@@ -141,7 +146,7 @@ fn add(
     let own = keys(kind);
     let mut allowed = vec!["kind"];
     allowed.extend(own);
-    allowed.extend(["weight", "loss", "mandatory"]);
+    allowed.extend(["weight", "loss", "mandatory", "at", "from", "to"]);
     table.only(&allowed).map_err(|error| named(error, kind))?;
     let common = common(table, kind)?;
     let loss = common.loss;
@@ -260,7 +265,7 @@ fn add(
             (joint, TermHandle::RestPose(common.add(problem, objective)))
         }
     };
-    Ok(ScenarioObjective { kind, joint, term })
+    Ok(ScenarioObjective { kind, joint, term, when: When::End })
 }
 
 impl Common {

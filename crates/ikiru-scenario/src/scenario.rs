@@ -13,6 +13,7 @@ use toml::de::DeTable;
 
 use crate::error::{Error, ErrorKind};
 use crate::limits::limited;
+use crate::motion::MotionSettings;
 use crate::objective::{ScenarioObjective, TermHandle, add_all, joint_list, joints_read};
 use crate::table::{Document, Table, Value};
 use crate::values::{joint_angles, joint_of_key, name_of, set};
@@ -39,6 +40,8 @@ pub struct Scenario {
     pub objectives: Vec<ScenarioObjective>,
     /// What is odd without being wrong.
     pub warnings: Vec<Warning>,
+    /// What `[motion]` asks for, if it is there: see [`into_motion`](Self::into_motion).
+    pub motion: Option<MotionSettings>,
     /// From the axes in which targets are given to the rig's world.
     world_from_targets: DQuat,
 }
@@ -54,8 +57,20 @@ pub enum TargetError {
     Kind(usize, &'static str, &'static str),
 }
 
-const KEYS: [&str; 11] =
-    ["version", "rig", "method", "active", "root", "scale", "world", "limits", "start", "objective", "stop"];
+const KEYS: [&str; 12] = [
+    "version",
+    "rig",
+    "method",
+    "active",
+    "root",
+    "scale",
+    "world",
+    "limits",
+    "start",
+    "objective",
+    "motion",
+    "stop",
+];
 const METHODS: [&str; 5] = ["lm", "adam", "ccd", "fabrik", "ipopt"];
 
 impl Scenario {
@@ -237,7 +252,9 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
         return Err(rig_value.error(ErrorKind::NothingMoves));
     }
     let start = start(&rig, table, &mut warnings)?;
-    let objectives = add_all(&rig, &active, table, &mut problem)?;
+    let motion = crate::motion::read(&rig, table, &start, &mut warnings)?;
+    let timeline = motion.as_ref().map(|m| &m.timeline);
+    let objectives = add_all(&rig, &active, table, timeline, &mut problem)?;
     let world_from_targets = if in_file { loaded.world_from_file() } else { DQuat::IDENTITY };
     for objective in &objectives {
         turn_target(&mut problem, objective.term, world_from_targets);
@@ -254,6 +271,7 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
         active,
         objectives,
         warnings,
+        motion,
         world_from_targets,
     })
 }
@@ -336,10 +354,25 @@ fn stop(table: &Table<'_>, method: Method) -> Result<SolverOptions, Error> {
 
 /// The start of `[start]`, moved into the limits with a warning for each joint that was outside.
 fn start(rig: &Rig, table: &Table<'_>, warnings: &mut Vec<Warning>) -> Result<Pose, Error> {
+    let rest = rig.rest_pose();
+    match table.table("start")? {
+        Some(start) => pose_of_table(rig, &start, rest, "[start]", warnings),
+        None => Ok(inside(rest, &[], warnings)),
+    }
+}
+
+/// Reads a table of joints and how they are turned, on top of a pose, and moves it inside its limits.
+pub(crate) fn pose_of_table(
+    rig: &Rig,
+    table: &Table<'_>,
+    base: Pose,
+    place: &str,
+    warnings: &mut Vec<Warning>,
+) -> Result<Pose, Error> {
     const TRANSLATION: &str = "root_translation";
-    let mut pose = rig.rest_pose();
+    let mut pose = base;
     let mut given: Vec<JointId> = Vec::new();
-    for value in table.table("start")?.iter().flat_map(Table::entries) {
+    for value in table.entries() {
         if value.key == TRANSLATION && rig.joint(TRANSLATION).is_err() {
             let root = rig.root().filter(|root| {
                 rig.get(*root).is_some_and(|joint| matches!(joint.motion, Motion::Free { .. }))
@@ -356,15 +389,21 @@ fn start(rig: &Rig, table: &Table<'_>, warnings: &mut Vec<Warning>) -> Result<Po
         }
         let joint = joint_of_key(rig, &value)?;
         if given.contains(&joint) {
-            let (place, first) = ("[start]".to_owned(), name_of(rig, joint).to_owned());
+            let (place, first) = (place.to_owned(), name_of(rig, joint).to_owned());
             let kind = ErrorKind::Twice { place, first, second: value.key.clone() };
             return Err(value.key_error(kind));
         }
         set(&mut pose, joint, joint_angles(rig, joint, &value)?);
         given.push(joint);
     }
+    Ok(inside(pose, &given, warnings))
+}
+
+/// The pose, moved inside its limits, with a warning for each joint that was outside.
+fn inside(mut pose: Pose, given: &[JointId], warnings: &mut Vec<Warning>) -> Pose {
     let wanted = pose.clone();
     pose.project();
+    let rig = wanted.rig();
     for joint in rig.ids() {
         let distance = wanted.limit_violation_of(joint);
         if distance > 1e-9 {
@@ -372,7 +411,7 @@ fn start(rig: &Rig, table: &Table<'_>, warnings: &mut Vec<Warning>) -> Result<Po
             warnings.push(Warning::StartProjected { joint: name_of(rig, joint).to_owned(), distance, given });
         }
     }
-    Ok(pose)
+    pose
 }
 
 /// An objective about joints that nothing active moves can only be met by chance.

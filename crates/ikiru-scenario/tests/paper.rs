@@ -63,13 +63,18 @@ impl Tally {
 }
 
 fn run(name: &str, set: &str, solver: Option<Solver>) -> Tally {
+    run_some(name, set, solver, 1)
+}
+
+/// Solves for every n-th target of a set.
+fn run_some(name: &str, set: &str, solver: Option<Solver>, every: usize) -> Tally {
     let mut scenario = scenario(name);
     if let Some(solver) = solver {
         scenario.solver = solver;
     }
     let combined = name == "paper_combined";
     let mut workspace = scenario.workspace();
-    let targets = targets(set);
+    let targets: Vec<DVec3> = targets(set).into_iter().step_by(every).collect();
     let mut tally = Tally { solved: 0, iterations: 0, n: targets.len() };
     assert!(scenario.start.coords() == scenario.rig.rest_pose().coords(), "starts at zero");
     for target in targets {
@@ -119,4 +124,22 @@ fn adam_does_what_the_authors_code_does() {
     let combined = run("paper_combined", "combined_box", Some(Solver::new(options)));
     assert!((combined.percent() - 86.0).abs() <= 3.0, "{}", combined.percent());
     assert!((combined.mean_iterations() - 160.0).abs() <= 25.0, "{}", combined.mean_iterations());
+}
+
+/// Near what the paper's authors measured on sets of their own: 99.8 % in 13.2 iterations, and 96.5 % in 44.5.
+#[cfg(feature = "ipopt")]
+#[test]
+fn ipopt_does_what_the_papers_does() {
+    let options = ikiru_solve::SolverOptions {
+        method: Method::Ipopt,
+        search: Search::Local,
+        cost_below: Some(0.005),
+        max_iterations: 500,
+        max_time: None,
+    };
+    let simple = run_some("paper_simple", "combined_box", Some(Solver::new(options)), 20);
+    assert!(simple.percent() > 97.0, "{}", simple.percent());
+    assert!((simple.mean_iterations() - 13.2).abs() <= 2.0, "{}", simple.mean_iterations());
+    let combined = run_some("paper_combined", "combined_box", Some(Solver::new(options)), 50);
+    assert!(combined.percent() > 85.0, "{}", combined.percent());
 }

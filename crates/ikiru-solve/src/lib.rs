@@ -7,6 +7,7 @@
 //! This crate knows no file and no name: joints are ids.
 
 mod check;
+mod motion;
 mod objective;
 mod options;
 mod plan;
@@ -20,6 +21,10 @@ mod state;
 pub mod objectives;
 
 pub use check::{CheckError, check_jacobian};
+pub use motion::{
+    MotionError, MotionProblem, MotionReport, MotionTermReport, MotionWorkspace, PlannedMotion, Timeline,
+    TimelineError, When,
+};
 pub use objective::{Inputs, Loss, Objective, Part, Reach, Rows, Unit};
 pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub use problem::{Problem, TermId, Tolerance};

@@ -18,11 +18,23 @@ pub enum Method {
     /// limits in every iteration. It sees the points that objectives want at places
     /// ([`Objective::reach`](crate::Objective::reach)) and nothing else; the cost judges. A baseline.
     Fabrik,
+    /// The interior-point peer: the same cost, gradients and limits through the system's Ipopt (Wächter and Biegler,
+    /// 2006) with a limited-memory Hessian. For comparison: unlike all other methods it allocates in
+    /// every solve, and solves of one process wait for each other. Needs the feature `ipopt`.
+    #[cfg(feature = "ipopt")]
+    Ipopt,
 }
 
 impl Method {
     /// Every method of this build, with its default settings.
-    pub const ALL: &[Self] = &[Self::Lm, Self::ADAM, Self::Ccd, Self::Fabrik];
+    pub const ALL: &[Self] = &[
+        Self::Lm,
+        Self::ADAM,
+        Self::Ccd,
+        Self::Fabrik,
+        #[cfg(feature = "ipopt")]
+        Self::Ipopt,
+    ];
     const ADAM: Self = Self::Adam(AdamOptions::DEFAULT);
 
     /// One lower-case word, as scenarios and the command name it.
@@ -33,6 +45,8 @@ impl Method {
             Self::Adam(_) => "adam",
             Self::Ccd => "ccd",
             Self::Fabrik => "fabrik",
+            #[cfg(feature = "ipopt")]
+            Self::Ipopt => "ipopt",
         }
     }
 

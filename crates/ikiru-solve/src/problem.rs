@@ -71,6 +71,31 @@ impl<T: Objective> AnyObjective for T {
     }
 }
 
+/// The terms that hold for one pose: those of a problem, or those of one frame of a motion.
+pub(crate) trait Terms {
+    /// Whether the term holds here.
+    fn is_on(&self, term: usize) -> bool;
+    /// Its weight λ.
+    fn weight(&self, term: usize) -> f64;
+    /// Its objective.
+    fn objective(&self, term: usize) -> &dyn Objective;
+}
+
+impl Terms for Problem {
+    #[inline(always)]
+    fn is_on(&self, _: usize) -> bool {
+        true
+    }
+    #[inline(always)]
+    fn weight(&self, term: usize) -> f64 {
+        self.terms[term].weight
+    }
+    #[inline(always)]
+    fn objective(&self, term: usize) -> &dyn Objective {
+        &*self.terms[term].objective
+    }
+}
+
 /// The id of a term that knows what objective it is: `problem[id]` is that objective.
 pub struct TermId<T> {
     idx: usize,

@@ -4,7 +4,7 @@ use ikiru_rig::{Frame, JointId, Motion, Pose, Vec3, kinematics, project_joint, r
 
 use crate::objective::{Inputs, Rows, Scratch};
 use crate::plan::{NONE, Node, Plan};
-use crate::problem::Problem;
+use crate::problem::Terms;
 
 /// Everything that changes while a problem is solved.
 #[derive(Clone, Debug, Default)]
@@ -202,12 +202,11 @@ impl State {
 
     /// Frames, residuals and cost at the current coordinates. A cost that is not a number comes out as
     /// infinite, so that no step leads there.
-    pub(crate) fn evaluate(&mut self, plan: &Plan, problem: &Problem) -> f64 {
+    pub(crate) fn evaluate(&mut self, plan: &Plan, terms: &impl Terms) -> f64 {
         self.forward(plan);
         let mut cost = 0.0;
-        for t in &plan.terms {
-            let term = &problem.terms()[t.term];
-            let objective = &term.objective;
+        for t in plan.terms.iter().filter(|t| terms.is_on(t.term)) {
+            let (weight, objective) = (terms.weight(t.term), terms.objective(t.term));
             let loss = objective.loss();
             let mut part = t.parts.start;
             if !t.rows.is_empty() {
@@ -225,7 +224,7 @@ impl State {
                     let (rows, others) = rest.split_at(plan.parts[part].n_rows);
                     let square = rows.iter().map(|r| r * r).sum::<f64>();
                     self.squares[part] = square;
-                    cost += term.weight * loss.cost(square);
+                    cost += weight * loss.cost(square);
                     rest = others;
                     part += 1;
                 }
@@ -240,7 +239,7 @@ impl State {
                     square += residual.iter().map(|r| r * r).sum::<f64>();
                 }
                 self.squares[part] = square;
-                cost += term.weight * loss.cost(square);
+                cost += weight * loss.cost(square);
             }
         }
         if cost.is_nan() { f64::INFINITY } else { cost }
@@ -248,26 +247,25 @@ impl State {
 
     /// The derivative of the residuals at the coordinates that were evaluated last, rows scaled by the root
     /// of their weight `λ · ρ'` (by 1 where `plain`).
-    pub(crate) fn linearize(&mut self, plan: &Plan, problem: &Problem, plain: bool) {
+    pub(crate) fn linearize(&mut self, plan: &Plan, terms: &impl Terms, plain: bool) {
         self.jacobian.fill(0.0);
         self.motion_gradient.fill(0.0);
         self.motion_curvature.fill(0.0);
-        for t in &plan.terms {
-            let term = &problem.terms()[t.term];
-            let loss = term.objective.loss();
+        for t in plan.terms.iter().filter(|t| terms.is_on(t.term)) {
+            let (weight, loss) = (terms.weight(t.term), terms.objective(t.term).loss());
             for part in t.parts.clone() {
-                self.weights[part] = if plain { 1.0 } else { term.weight * loss.weight(self.squares[part]) };
+                self.weights[part] = if plain { 1.0 } else { weight * loss.weight(self.squares[part]) };
             }
             if !t.rows.is_empty() {
-                self.linearize_frames(plan, problem, t);
+                self.linearize_frames(plan, terms, t);
             }
             if t.has_motion_part {
-                self.linearize_motions(problem, t);
+                self.linearize_motions(terms, t);
             }
         }
     }
 
-    fn linearize_frames(&mut self, plan: &Plan, problem: &Problem, t: &crate::plan::TermPlan) {
+    fn linearize_frames(&mut self, plan: &Plan, terms: &impl Terms, t: &crate::plan::TermPlan) {
         let n_rows = t.rows.len();
         let gathered = &mut self.gathered[..t.nodes.len()];
         for (to, node) in gathered.iter_mut().zip(&t.nodes) {
@@ -277,7 +275,7 @@ impl State {
         let jacobian = &mut self.term_jacobian[..t.nodes.len() * n_rows * 6];
         jacobian.fill(0.0);
         let mut rows = Rows::new(scaled, jacobian, &mut self.scratch);
-        problem.terms()[t.term].objective.evaluate(&Inputs { frames: gathered }, &mut rows);
+        terms.objective(t.term).evaluate(&Inputs { frames: gathered }, &mut rows);
         let mut first = 0;
         for part in t.parts.start..t.parts.end - usize::from(t.has_motion_part) {
             let (last, scale) = (first + plan.parts[part].n_rows, self.weights[part].sqrt());
@@ -328,8 +326,8 @@ impl State {
         }
     }
 
-    fn linearize_motions(&mut self, problem: &Problem, t: &crate::plan::TermPlan) {
-        let objective = &problem.terms()[t.term].objective;
+    fn linearize_motions(&mut self, terms: &impl Terms, t: &crate::plan::TermPlan) {
+        let objective = terms.objective(t.term);
         let weight = self.weights[t.parts.end - 1];
         for (idx, m) in t.motions.iter().enumerate() {
             let Some(dof) = m.dof else { continue };
@@ -369,7 +367,7 @@ impl State {
     }
 
     /// Whether every mandatory term is within its tolerance, as of the last evaluation.
-    pub(crate) fn is_satisfied(&self, plan: &Plan, problem: &Problem) -> bool {
+    pub(crate) fn is_satisfied(&self, plan: &Plan, problem: &crate::Problem) -> bool {
         plan.terms.iter().all(|t| {
             let term = &problem.terms()[t.term];
             !term.mandatory

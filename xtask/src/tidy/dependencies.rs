@@ -6,8 +6,16 @@ use toml::de::{DeTable, DeValue};
 use super::{Finding, Project};
 
 /// Each crate may depend on crates before it.
-const ORDER: [&str; 7] =
-    ["ikiru-rig", "ikiru-solve", "ikiru-formats", "ikiru-scenario", "ikiru", "ikiru-eval", "ikiru-cli"];
+const ORDER: [&str; 8] = [
+    "ikiru-rig",
+    "ikiru-ipopt",
+    "ikiru-solve",
+    "ikiru-formats",
+    "ikiru-scenario",
+    "ikiru",
+    "ikiru-eval",
+    "ikiru-cli",
+];
 
 /// Crate and dependency that the order would allow, but that are strangers by design.
 const STRANGERS: [(&str, &str); 1] = [("ikiru-formats", "ikiru-solve")];

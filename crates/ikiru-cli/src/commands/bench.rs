@@ -53,12 +53,12 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
     }
     if let Some(folder) = &args.out {
         let csv = paper::csv(&all.concat()).map_err(Failure::write)?;
-        write(&folder.join("results.csv"), &csv)?;
-        write(&folder.join("results.md"), markdown.as_bytes())?;
+        output::write(&folder.join("results.csv"), &csv)?;
+        output::write(&folder.join("results.md"), markdown.as_bytes())?;
         for (part, rows) in parts.iter_mut().zip(&all).filter(|(part, _)| !part.is_beside) {
             if args.sample.is_some() {
                 let name = format!("targets_{}.json", part.task.name());
-                write(&folder.join(name), part.set.to_json().as_bytes())?;
+                output::write(&folder.join(name), part.set.to_json().as_bytes())?;
             }
             paper::write_figures(part.task, &mut part.scenario, &part.set, &contenders, rows, folder)
                 .map_err(Failure::write)?;
@@ -159,11 +159,5 @@ fn make_folder(folder: &Path) -> Result<(), Failure> {
 fn write_json(path: &Path, rows: &impl Serialize) -> Result<(), Failure> {
     let mut text = serde_json::to_vec(rows).map_err(Failure::write)?;
     text.push(b'\n');
-    write(path, &text)
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    ikiru_formats::save(path, bytes)
-        .with_context(|| format!("the result cannot be written to {}", path.display()))
-        .map_err(Failure::write)
+    output::write(path, &text)
 }

@@ -4,4 +4,5 @@ pub(crate) mod bench;
 pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod inspect;
+pub(crate) mod plan;
 pub(crate) mod solve;

@@ -20,6 +20,10 @@ pub(crate) fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
         )));
     }
     let scenario = Scenario::read(&args.scenario).map_err(Failure::input)?;
+    if scenario.motion.is_some() {
+        let path = args.scenario.display();
+        return Err(Failure::input(anyhow!("{path} has a [motion]: 'ikiru plan {path}' plans it over time")));
+    }
     let mut workspace = scenario.workspace();
     let mut pose = scenario.start.clone();
     let begin = Instant::now();

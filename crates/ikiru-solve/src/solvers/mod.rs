@@ -3,6 +3,8 @@
 pub(crate) mod adam;
 pub(crate) mod ccd;
 pub(crate) mod fabrik;
+#[cfg(feature = "ipopt")]
+pub(crate) mod ipopt;
 pub(crate) mod lm;
 pub(crate) mod rows;
 pub(crate) mod search;

@@ -9,6 +9,8 @@ use crate::report::StopReason;
 use crate::solvers::adam::Adam;
 use crate::solvers::ccd::Ccd;
 use crate::solvers::fabrik::Fabrik;
+#[cfg(feature = "ipopt")]
+use crate::solvers::ipopt::Ipopt;
 use crate::solvers::lm::Lm;
 use crate::solvers::seeds::Seeds;
 use crate::state::State;
@@ -107,7 +109,7 @@ impl Budget {
         }
     }
 
-    fn next_start(&mut self) {
+    pub(crate) fn next_start(&mut self) {
         self.of_this_start = 0;
     }
 
@@ -142,6 +144,8 @@ pub(crate) struct Searcher {
     adam: Adam,
     ccd: Ccd,
     fabrik: Fabrik,
+    #[cfg(feature = "ipopt")]
+    ipopt: Ipopt,
     seeds: Seeds,
     start: Vec<f64>,
     best: Vec<f64>,
@@ -156,6 +160,8 @@ impl Searcher {
             adam: Adam::new(plan),
             ccd: Ccd::new(plan),
             fabrik: Fabrik::new(plan),
+            #[cfg(feature = "ipopt")]
+            ipopt: Ipopt::new(plan),
             seeds: Seeds::new(plan),
             start: zeros.clone(),
             best: zeros.clone(),
@@ -252,6 +258,8 @@ impl Searcher {
             Method::Adam(adam) => self.adam.run(adam, plan, problem, state, cost, bar, budget),
             Method::Ccd => self.ccd.run(plan, problem, state, cost, bar, budget),
             Method::Fabrik => self.fabrik.run(plan, problem, state, cost, bar, budget),
+            #[cfg(feature = "ipopt")]
+            Method::Ipopt => self.ipopt.run(plan, problem, state, cost, bar, budget),
         }
     }
 

@@ -1,0 +1,189 @@
+//! `ikiru plan SCENARIO`: a motion over time: reads, plans, writes, reports.
+
+use std::time::{Duration, Instant};
+
+use anyhow::anyhow;
+use ikiru_eval::write_motion_figure;
+use ikiru_formats::{motion_csv, motion_json, write_animated_glb, write_bvh_clip, write_vrma};
+use ikiru_rig::{Clip, Part, Rate};
+use ikiru_scenario::{MotionScenario, Scenario};
+use ikiru_solve::{Invalid, MotionReport, MotionWorkspace, StopReason};
+use serde_json::{Value, json};
+
+use crate::args::{MotionFormat, PlanArgs};
+use crate::failure::{Failure, Outcome};
+use crate::{output, report};
+
+/// What is said of an objective besides its figures.
+struct Label {
+    kind: &'static str,
+    joint: Option<String>,
+    target: Value,
+}
+
+pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
+    let scenario = Scenario::read(&args.scenario).map_err(Failure::input)?;
+    let labels: Vec<Label> = (0..scenario.objectives.len())
+        .map(|idx| Label {
+            kind: scenario.objectives[idx].kind,
+            joint: scenario.joint_name(idx).map(str::to_owned),
+            target: scenario.target_json(idx),
+        })
+        .collect();
+    let motion = scenario.into_motion().map_err(Failure::input)?;
+    for warning in &motion.warnings {
+        output::note(format!("warning: {warning}"));
+    }
+    let begin = Instant::now();
+    let planned = motion.plan(&mut MotionWorkspace::default());
+    let time = begin.elapsed();
+    let (clip, report) = (&planned.clip, &planned.report);
+    let invalid = report.invalid.map(|invalid| invalid_input(&motion, &labels, invalid));
+    let described = described(&motion, &labels, clip, report, time);
+    if args.json {
+        output::print(&format!("{described}\n"))?;
+    } else if invalid.is_none() {
+        output::print(&text(&motion, &labels, clip, report, time))?;
+    }
+    if let Some(invalid) = invalid {
+        return Err(invalid);
+    }
+    let mut written = Vec::new();
+    if let Some(out) = &args.out {
+        let bytes = match out.format {
+            MotionFormat::Glb => write_animated_glb(&motion.loaded, clip).map_err(Failure::write)?,
+            MotionFormat::Bvh => write_bvh_clip(&motion.loaded, clip).map_err(Failure::write)?,
+            MotionFormat::Vrma => write_vrma(clip).map_err(Failure::write)?,
+            MotionFormat::Csv => motion_csv(clip, &motion.active).map_err(Failure::write)?,
+            MotionFormat::Json => format!("{described}\n").into_bytes(),
+        };
+        output::write(&out.path, &bytes)?;
+        written.push(&out.path);
+    }
+    if let Some(path) = &args.plot {
+        let effector = motion.objectives.iter().find_map(|o| o.joint);
+        write_motion_figure(clip, &motion.active, effector, path).map_err(Failure::write)?;
+        written.push(path);
+    }
+    for path in written {
+        let line = format!("wrote {}", path.display());
+        if args.json {
+            output::note(line)
+        } else {
+            output::print(&format!("{}\n", output::printable(&line)))?
+        }
+    }
+    Ok(if report.success { Outcome::Reached } else { Outcome::BestEffort })
+}
+
+/// What `plan --json` prints, and what a motion's `.json` holds.
+fn described(
+    motion: &MotionScenario,
+    labels: &[Label],
+    clip: &Clip,
+    report: &MotionReport,
+    time: Duration,
+) -> Value {
+    let objectives: Vec<Value> = report
+        .terms
+        .iter()
+        .zip(labels)
+        .map(|(term, label)| {
+            let mut objective = json!({
+                "kind": label.kind,
+                "joint": label.joint,
+                "target": label.target,
+                "weight": term.weight,
+                "residual": term.residual,
+                "unit": term.unit.symbol(),
+                "cost": term.cost,
+                "satisfied": term.satisfied,
+                "at": term.worst_secs,
+                "from": term.from_secs,
+                "to": term.to_secs,
+            });
+            if let Some((residual, unit)) = term.second {
+                objective["second_residual"] = json!(residual);
+                objective["second_unit"] = json!(unit.symbol());
+            }
+            objective
+        })
+        .collect();
+    let mut described = json!({
+        "success": report.success,
+        "stop": report.stop.name(),
+        "cost": report.cost,
+        "smoothness": report.smoothness,
+        "iterations": report.iterations,
+        "restarts": report.restarts,
+        "time_us": time.as_secs_f64() * 1e6,
+    });
+    let poses = motion_json(clip, &motion.active);
+    if let (Some(described), Value::Object(poses)) = (described.as_object_mut(), poses) {
+        described.extend(poses);
+        described.insert("objectives".to_owned(), Value::Array(objectives));
+        let warnings: Vec<String> = motion.warnings.iter().map(ToString::to_string).collect();
+        described.insert("warnings".to_owned(), json!(warnings));
+    }
+    described
+}
+
+fn text(
+    motion: &MotionScenario,
+    labels: &[Label],
+    clip: &Clip,
+    report: &MotionReport,
+    time: Duration,
+) -> String {
+    let mut table = report::table(["", "objective", "joint", "when", "weight", "residual", ""]);
+    for (idx, (term, label)) in report.terms.iter().zip(labels).enumerate() {
+        let span = if term.from_secs == term.to_secs {
+            format!("{} s", report::short(term.from_secs))
+        } else {
+            format!("{} to {} s", report::short(term.from_secs), report::short(term.to_secs))
+        };
+        let mark = match (term.satisfied, term.mandatory) {
+            (true, _) => "ok".to_owned(),
+            (false, true) if motion.solver.options().cost_below.is_some() && report.success => String::new(),
+            (false, true) => format!("unmet, worst at {} s", report::short(term.worst_secs)),
+            (false, false) => "shapes".to_owned(),
+        };
+        table.add_row([
+            (idx + 1).to_string(),
+            label.kind.to_owned(),
+            label.joint.clone().unwrap_or_else(|| "several".to_owned()),
+            span,
+            report::short(term.weight),
+            report::length_text(term.residual, term.unit),
+            mark,
+        ]);
+    }
+    let mut text = format!("{table}\n\n");
+    let mut line = |key: &str, value: String| text += &format!("{key:<13}{value}\n");
+    let verdict = if report.success { "reached" } else { "not reached" };
+    line(verdict, report::stop_text(report.stop, motion.solver.options()));
+    let [speed, acceleration, jerk] = report.smoothness.map(report::cost_text);
+    let smooth = format!("of which speed {speed}, acceleration {acceleration}, jerk {jerk}");
+    line("cost", format!("{}, {smooth}", report::cost_text(report.cost)));
+    line("iterations", format!("{} with {} restarts", report.iterations, report.restarts));
+    line("time", report::time_text(time));
+    if report.stop != StopReason::InvalidInput {
+        let (n, secs) = (clip.poses().len(), clip.duration_secs());
+        let peak = |rate| clip.rates(rate).summary(&motion.active, Part::Rotation).peak.to_degrees();
+        let peaks = format!("peak speed {:.0}°/s, peak jerk {:.0}°/s³", peak(Rate::Speed), peak(Rate::Jerk));
+        line("motion", format!("{n} frames over {} s, {peaks}", report::short(secs)));
+    }
+    output::printable(&text).into_owned()
+}
+
+fn invalid_input(motion: &MotionScenario, labels: &[Label], invalid: Invalid) -> Failure {
+    let name = &motion.name;
+    Failure::input(match invalid {
+        Invalid::Term(term, what) => {
+            let kind = labels.get(term).map_or("", |l| l.kind);
+            anyhow!("{name}: objective {} ({kind}) {what}", term + 1)
+        }
+        Invalid::Pose(what) => anyhow!("{name}: the start {what}"),
+        Invalid::Options(what) => anyhow!("{name}: {what}"),
+    })
+}

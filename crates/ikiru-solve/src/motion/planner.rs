@@ -1,0 +1,341 @@
+//! Planning: a motion problem and a guess in, a clip and a report out.
+
+use ikiru_rig::{Clip, Pose};
+
+use crate::motion::adam::MotionAdam;
+use crate::motion::problem::MotionProblem;
+use crate::motion::report::{MotionReport, report_terms};
+use crate::motion::state::MotionState;
+use crate::motion::step::MotionStep;
+use crate::options::{Method, Search};
+use crate::plan::Plan;
+use crate::report::{Invalid, StopReason};
+use crate::solver::Solver;
+use crate::solvers::search::{Bar, Budget};
+use crate::solvers::seeds::Seeds;
+
+/// First damping, relative to the largest curvature along one degree of freedom.
+const FIRST_DAMPING: f64 = 0.05;
+/// By how much a rejected step makes the damping grow.
+const GROWTH: f64 = 4.0;
+/// Damping, relative to the same, at which a step is too short to matter; and the least that there is.
+const MOST_DAMPING: f64 = 1e12;
+const LEAST_DAMPING: f64 = 1e-10;
+/// A step that promises less than this part of the cost is not worth taking.
+const LEAST_GAIN: f64 = 1e-10;
+/// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
+const LEAST_STEP: f64 = 1e-11;
+/// How many starts are looked at for each restart; the cheapest is taken.
+const SCREENED: usize = 3;
+
+/// A planned motion.
+#[derive(Clone, Debug)]
+pub struct PlannedMotion {
+    /// The poses over time, one a frame of the timeline, all inside their limits.
+    pub clip: Clip,
+    /// What came of planning it.
+    pub report: MotionReport,
+}
+
+/// Memory for planning, kept from one plan to the next of the same shape.
+#[derive(Clone, Debug, Default)]
+pub struct MotionWorkspace {
+    step: MotionStep,
+    adam: MotionAdam,
+    accepted: Vec<f64>,
+    start: Vec<f64>,
+    best: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Outcome {
+    cost: f64,
+    stop: StopReason,
+}
+
+impl Solver {
+    /// Plans a motion: improves a guess until the bar is met or a stopping rule says otherwise.
+    ///
+    /// The guess is sampled at the frames of the timeline and held still beyond its ends: a clip of one pose
+    /// is a motion that stands still, the clip of an earlier plan a warm start. Frames that the problem gives take
+    /// their place in it. Joints that are not active stay as the guess has them at its first time. By [`Method::Lm`] or
+    /// [`Method::Adam`].
+    ///
+    /// Invalid input ends at once with [`StopReason::InvalidInput`], the guess given back.
+    pub fn plan(
+        &self,
+        motion: &MotionProblem,
+        guess: &Clip,
+        workspace: &mut MotionWorkspace,
+    ) -> PlannedMotion {
+        match Run::new(self, motion, guess, workspace) {
+            Ok(mut run) => run.plan(),
+            Err(invalid) => PlannedMotion { clip: guess.clone(), report: MotionReport::invalid(invalid) },
+        }
+    }
+}
+
+/// One call of [`Solver::plan`].
+struct Run<'a> {
+    solver: &'a Solver,
+    motion: &'a MotionProblem,
+    guess: &'a Clip,
+    plan: Plan,
+    state: MotionState,
+    workspace: &'a mut MotionWorkspace,
+    budget: Budget,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        solver: &'a Solver,
+        motion: &'a MotionProblem,
+        guess: &'a Clip,
+        workspace: &'a mut MotionWorkspace,
+    ) -> Result<Self, Invalid> {
+        solver.options().check().map_err(Invalid::Options)?;
+        if !matches!(solver.options().method, Method::Lm | Method::Adam(_)) {
+            return Err(Invalid::Options("plan motions by lm or adam: the other methods know poses alone"));
+        }
+        motion.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
+        let budget = Budget::new(solver.options());
+        let plan = Plan::new(motion.terms());
+        let mut state = MotionState::new(&plan, motion);
+        let timeline = motion.timeline();
+        for t in 0..timeline.n_frames() {
+            let pose = motion.given(t).map_or_else(|| guess.sample(timeline.time(t)), Pose::clone);
+            if !pose.rig().is_same(motion.rig()) {
+                return Err(Invalid::Pose("belongs to another rig than the motion"));
+            }
+            if !state.load(&plan, t, &pose) {
+                let reason = "has numbers that are not finite, or quaternions that are not of unit length";
+                return Err(Invalid::Pose(reason));
+            }
+        }
+        workspace.step = MotionStep::new(&plan, &state);
+        workspace.adam = MotionAdam::new(&plan, &state);
+        workspace.accepted.clone_from(&state.coords);
+        workspace.start.clone_from(&state.coords);
+        workspace.best.clone_from(&state.coords);
+        Ok(Self { solver, motion, guess, plan, state, workspace, budget })
+    }
+
+    fn plan(&mut self) -> PlannedMotion {
+        let cost = self.state.evaluate(&self.plan, self.motion);
+        if !cost.is_finite() {
+            let invalid = Invalid::Pose("gives a cost that is not finite, or a term does");
+            return PlannedMotion { clip: self.guess.clone(), report: MotionReport::invalid(invalid) };
+        }
+        let (outcome, restarts) = self.search(cost);
+        let cost = self.state.evaluate(&self.plan, self.motion);
+        let smoothness = self.state.smoothness_cost;
+        let terms = report_terms(&self.plan, self.motion, &mut self.state);
+        let success = match self.solver.options().cost_below {
+            Some(bar) => cost < bar,
+            None => terms.iter().all(|t| t.satisfied || !t.mandatory),
+        };
+        let report = MotionReport {
+            success,
+            stop: if success { StopReason::Reached } else { outcome.stop },
+            cost,
+            smoothness,
+            iterations: self.budget.iterations,
+            restarts,
+            terms,
+            invalid: None,
+        };
+        PlannedMotion { clip: self.clip(), report }
+    }
+
+    fn clip(&mut self) -> Clip {
+        let timeline = self.motion.timeline();
+        let still = self.guess.sample(self.guess.times().first().copied().unwrap_or_default());
+        let poses = (0..timeline.n_frames())
+            .map(|t| {
+                let mut pose = self.motion.given(t).cloned().unwrap_or_else(|| still.clone());
+                self.state.store(&self.plan, t, &mut pose);
+                pose
+            })
+            .collect();
+        // Times of a timeline increase, and there are as many poses of one rig.
+        Clip::new(self.guess.name(), timeline.times(), poses).unwrap_or_else(|_| self.guess.clone())
+    }
+
+    /// From the guess, then from others until one succeeds; the best motion is in the state afterwards.
+    fn search(&mut self, cost: f64) -> (Outcome, usize) {
+        let options = self.solver.options();
+        let max_restarts = match options.search {
+            Search::Local => 0,
+            Search::Global { max_restarts } => max_restarts,
+        };
+        let mut bar = Bar { cost_below: options.cost_below, impatient: max_restarts > 0 };
+        let mut best = self.run_once(cost, &bar);
+        let mut success = self.succeeded(&best);
+        if max_restarts == 0 || success {
+            return (best, 0);
+        }
+        self.workspace.best.copy_from_slice(&self.state.coords);
+        let seeds = Seeds::new(&self.plan);
+        let mut restarts = 0;
+        while !success && restarts < max_restarts && best.stop != StopReason::TimeBudget {
+            self.budget.next_start();
+            let cost = self.screen(&seeds, restarts);
+            restarts += 1;
+            let outcome = self.run_once(cost, &bar);
+            success = self.succeeded(&outcome);
+            if success || outcome.cost < best.cost {
+                best = outcome;
+                self.workspace.best.copy_from_slice(&self.state.coords);
+            } else if outcome.stop == StopReason::TimeBudget {
+                best.stop = outcome.stop;
+            }
+        }
+        self.state.coords.copy_from_slice(&self.workspace.best);
+        if !success && best.stop != StopReason::TimeBudget {
+            // Starts were given up while others waited: the best of them is now followed to its end.
+            let cost = self.state.evaluate(&self.plan, self.motion);
+            bar.impatient = false;
+            self.budget.next_start();
+            best = self.run_once(cost, &bar);
+        }
+        (best, restarts)
+    }
+
+    fn succeeded(&mut self, outcome: &Outcome) -> bool {
+        match self.solver.options().cost_below {
+            Some(bar) => outcome.cost < bar,
+            None => self.state.is_satisfied(&self.plan, self.motion),
+        }
+    }
+
+    /// Looks at some other motions, each through other poses at the keys and straight in between, and leaves the
+    /// cheapest in the state, evaluated.
+    fn screen(&mut self, seeds: &Seeds, restart: usize) -> f64 {
+        let mut best = (f64::INFINITY, 0);
+        for i in 0..SCREENED {
+            self.seed(seeds, restart * SCREENED + i);
+            let cost = self.state.evaluate(&self.plan, self.motion);
+            if cost < best.0 || i == 0 {
+                best = (cost, i);
+            }
+        }
+        self.seed(seeds, restart * SCREENED + best.1);
+        self.state.evaluate(&self.plan, self.motion)
+    }
+
+    fn seed(&mut self, seeds: &Seeds, idx: usize) {
+        let nc = self.plan.n_coords;
+        self.state.coords.copy_from_slice(&self.workspace.start);
+        let last = self.state.n_frames - 1;
+        let is_given = |state: &MotionState, t: usize| state.is_given[t];
+        // Runs of keyed frames share one pose: the seed of their number.
+        let mut anchors: Vec<usize> = (0..=last).filter(|t| is_given(&self.state, *t)).collect();
+        let mut n_runs = 0;
+        let mut before = None;
+        for i in 0..self.state.keyed.len() {
+            let t = self.state.keyed[i];
+            let follows = before.is_some_and(|b: usize| b + 1 == t);
+            if !follows {
+                n_runs += 1;
+            }
+            before = Some(t);
+            if is_given(&self.state, t) {
+                continue;
+            }
+            let start = self.workspace.start[t * nc..(t + 1) * nc].to_vec();
+            let number = idx + (n_runs - 1) * 17;
+            seeds.write(&self.plan, number, &start, &mut self.state.coords[t * nc..(t + 1) * nc]);
+            anchors.push(t);
+        }
+        anchors.sort_unstable();
+        anchors.dedup();
+        for pair in anchors.windows(2) {
+            self.state.interpolate(&self.plan, pair[0], pair[1]);
+        }
+        // Before the first and after the last there is nowhere to go.
+        if let (Some(&first), Some(&end)) = (anchors.first(), anchors.last()) {
+            for t in (0..first).chain(end + 1..=last) {
+                let from = if t < first { first } else { end };
+                self.state.coords.copy_within(from * nc..(from + 1) * nc, t * nc);
+            }
+        }
+    }
+
+    fn run_once(&mut self, cost: f64, bar: &Bar) -> Outcome {
+        match &self.solver.options().method {
+            Method::Adam(options) => {
+                let adam = &mut self.workspace.adam;
+                let (cost, stop) =
+                    adam.run(options, &self.plan, self.motion, &mut self.state, cost, bar, &mut self.budget);
+                Outcome { cost, stop }
+            }
+            _ => self.run_lm(cost, bar),
+        }
+    }
+
+    /// The method of poses (`solvers/lm.rs`) over all frames at once.
+    fn run_lm(&mut self, cost: f64, bar: &Bar) -> Outcome {
+        let (plan, motion, state) = (&self.plan, self.motion, &mut self.state);
+        let (step, accepted) = (&mut self.workspace.step, &mut self.workspace.accepted);
+        let first = cost;
+        let mut cost = cost;
+        let (mut damping, mut scale) = (0.0, 0.0);
+        let mut patience = bar.patience(cost);
+        'accepted: loop {
+            if bar.is_met(cost) {
+                return Outcome { cost, stop: StopReason::Reached };
+            }
+            state.linearize(plan, motion);
+            if step.begin(plan, state) == 0.0 {
+                return Outcome { cost, stop: StopReason::Converged };
+            }
+            if damping == 0.0 {
+                scale = step.scale(state);
+                damping = FIRST_DAMPING * scale;
+            }
+            accepted.copy_from_slice(&state.coords);
+            let mut growth = GROWTH;
+            loop {
+                if let Some(stop) = self.budget.spend() {
+                    state.coords.copy_from_slice(accepted);
+                    return Outcome { cost, stop };
+                }
+                if damping > MOST_DAMPING * scale {
+                    state.coords.copy_from_slice(accepted);
+                    return Outcome { cost, stop: StopReason::NoProgress };
+                }
+                let damping_now = (damping * (cost / first).sqrt()).max(LEAST_DAMPING * scale);
+                if !step.solve(plan, state, damping_now) {
+                    damping *= 10.0;
+                    continue;
+                }
+                let promised = cost - step.predicted_cost(state);
+                let longest = step.delta.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+                if longest < LEAST_STEP || promised.abs() < LEAST_GAIN * cost {
+                    state.coords.copy_from_slice(accepted);
+                    return Outcome { cost, stop: StopReason::Converged };
+                }
+                state.step(plan, accepted, &step.delta);
+                let trial = state.evaluate(plan, motion);
+                if trial < cost {
+                    let ratio = (cost - trial) / promised.max(1e-300);
+                    damping *= if ratio > 0.75 {
+                        0.5
+                    } else if ratio < 0.25 {
+                        2.0
+                    } else {
+                        0.8
+                    };
+                    cost = trial;
+                    if patience.is_over(cost) {
+                        return Outcome { cost, stop: StopReason::NoProgress };
+                    }
+                    continue 'accepted;
+                }
+                state.coords.copy_from_slice(accepted);
+                damping *= growth;
+                growth *= 2.0;
+            }
+        }
+    }
+}

@@ -1,0 +1,379 @@
+//! A motion problem: objectives at times, smoothness, and frames that are given.
+
+use std::ops::{Index, IndexMut, Range};
+
+use ikiru_rig::{JointId, Pose, Rig};
+
+use crate::motion::timeline::{Timeline, TimelineError};
+use crate::objective::Objective;
+use crate::problem::{Problem, TermId, Terms, Tolerance};
+
+/// Where on the timeline an objective holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum When {
+    /// At the last frame.
+    #[default]
+    End,
+    /// At the frame nearest to a time (seconds).
+    At(f64),
+    /// From the frame nearest to one time to that nearest to another (seconds), both included.
+    Span {
+        /// Seconds.
+        from: f64,
+        /// Seconds.
+        to: f64,
+    },
+    /// At every frame.
+    Throughout,
+}
+
+/// Why something cannot be part of a motion problem.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// A time that is not on the timeline.
+    #[error(transparent)]
+    Timeline(#[from] TimelineError),
+    /// Given frames that leave nothing to plan, or meet each other.
+    #[error(
+        "{given} frames are given at the {side}, but the timeline has {n_frames} in all, {taken} of them given already"
+    )]
+    GivenFrames {
+        /// How many frames are given.
+        given: usize,
+        /// `start` or `end`.
+        side: &'static str,
+        /// How many frames there are.
+        n_frames: usize,
+        /// How many of them are given at the other side.
+        taken: usize,
+    },
+    /// A pose of another rig.
+    #[error("a pose belongs to another rig than the motion")]
+    OtherRig,
+    /// A pose that is not usable.
+    #[error("a given pose has numbers that are not finite, or quaternions that are not of unit length")]
+    Pose,
+    /// Weights of smoothness that are none.
+    #[error("weights of smoothness are finite and at least 0, not {0:?}")]
+    Smoothness([f64; 3]),
+    /// Two frames of a moving objective that read different joints.
+    #[error(
+        "a moving objective reads the same joints, motions and parts at every time; at {0} s it does not"
+    )]
+    Changes(f64),
+}
+
+/// Where a term holds, and its objectives where they move.
+#[derive(Debug)]
+pub(crate) struct Track {
+    pub(crate) frames: Range<usize>,
+    /// One a frame; empty for an objective that stays.
+    moving: Vec<Box<dyn Objective>>,
+}
+
+/// Which joints may move, what is wanted when, how smooth the motion should be, and which frames are given.
+///
+/// The cost is `Σ λ ρ(r)` over all terms and the frames at which they hold, plus
+/// `Σₙ wₙ Σₜ ‖Δⁿ qₜ‖²` for the orders 1 to 3 (equations 25 and 26). The differences are those from frame to frame, not
+/// divided by time; those of balls and of a free root are differences of rotations.
+#[derive(Debug)]
+pub struct MotionProblem {
+    base: Problem,
+    timeline: Timeline,
+    tracks: Vec<Track>,
+    smoothness: [f64; 3],
+    of_joints: Vec<(JointId, [f64; 3])>,
+    /// Frames that are given, from the first on.
+    history: Vec<Pose>,
+    end: Option<Pose>,
+}
+
+impl MotionProblem {
+    /// A problem without terms in which the given joints may move, with smoothness weights of 0.001 for each
+    /// order, as the paper's authors have them. All other joints stay where the guess has them.
+    #[must_use]
+    pub fn new(rig: &Rig, active: impl IntoIterator<Item = JointId>, timeline: Timeline) -> Self {
+        Self::of_problem(Problem::new(rig, active), timeline)
+    }
+
+    fn of_problem(base: Problem, timeline: Timeline) -> Self {
+        Self {
+            base,
+            timeline,
+            tracks: Vec::new(),
+            smoothness: [0.001; 3],
+            of_joints: Vec::new(),
+            history: Vec::new(),
+            end: None,
+        }
+    }
+
+    /// The terms of a problem of single poses, each at its own time: `when` has one entry a term, and where it ends
+    /// the rest hold at the last frame.
+    ///
+    /// # Errors
+    /// A time that is not on the timeline, or a span that ends before it begins.
+    pub fn from_problem(problem: Problem, timeline: Timeline, when: &[When]) -> Result<Self, MotionError> {
+        let mut motion = Self::of_problem(problem, timeline);
+        for term in 0..motion.base.n_terms() {
+            let frames = motion.frames_of(when.get(term).copied().unwrap_or_default())?;
+            motion.tracks.push(Track { frames, moving: Vec::new() });
+        }
+        Ok(motion)
+    }
+
+    /// The rig.
+    #[must_use]
+    pub fn rig(&self) -> &Rig {
+        self.base.rig()
+    }
+
+    /// The timeline.
+    #[must_use]
+    pub fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    /// The active joints and the terms, as a problem of a single pose: for weights, tolerances and lookups.
+    #[must_use]
+    pub fn terms(&self) -> &Problem {
+        &self.base
+    }
+
+    /// Adds an objective with its weight λ, at a time, over a span or throughout.
+    ///
+    /// # Errors
+    /// A time that is not on the timeline, or a span that ends before it begins.
+    pub fn add<T: Objective>(
+        &mut self,
+        weight: f64,
+        when: When,
+        objective: T,
+    ) -> Result<TermId<T>, MotionError> {
+        let frames = self.frames_of(when)?;
+        self.tracks.push(Track { frames, moving: Vec::new() });
+        Ok(self.base.add(weight, objective))
+    }
+
+    /// Adds an objective that moves in time: `at` gives it for each frame of the span (seconds), always with the
+    /// same joints and parts. The objective that the id leads to is that of the first frame, for looking at.
+    ///
+    /// # Errors
+    /// A time that is not on the timeline, or objectives that read different things at different times.
+    pub fn add_moving<T: Objective>(
+        &mut self,
+        weight: f64,
+        when: When,
+        mut at: impl FnMut(f64) -> T,
+    ) -> Result<TermId<T>, MotionError> {
+        let frames = self.frames_of(when)?;
+        let first = at(self.timeline.time(frames.start));
+        let mut moving: Vec<Box<dyn Objective>> = Vec::with_capacity(frames.len());
+        for frame in frames.clone() {
+            let secs = self.timeline.time(frame);
+            let objective = at(secs);
+            let is_same = objective.joints() == first.joints()
+                && objective.motions() == first.motions()
+                && objective.parts() == first.parts();
+            if !is_same {
+                return Err(MotionError::Changes(secs));
+            }
+            moving.push(Box::new(objective));
+        }
+        self.tracks.push(Track { frames, moving });
+        Ok(self.base.add(weight, first))
+    }
+
+    fn frames_of(&self, when: When) -> Result<Range<usize>, MotionError> {
+        let last = self.timeline.n_frames() - 1;
+        Ok(match when {
+            When::End => last..last + 1,
+            When::At(secs) => {
+                let frame = self.timeline.frame_at(secs)?;
+                frame..frame + 1
+            }
+            When::Span { from, to } => {
+                if from.partial_cmp(&to).is_none_or(std::cmp::Ordering::is_gt) {
+                    return Err(TimelineError::Span { from, to }.into());
+                }
+                self.timeline.frame_at(from)?..self.timeline.frame_at(to)? + 1
+            }
+            When::Throughout => 0..last + 1,
+        })
+    }
+
+    /// Weights of smoothness, for the orders 1 (velocity), 2 (acceleration) and 3 (jerk), of every joint without
+    /// its own.
+    ///
+    /// # Errors
+    /// A weight that is not finite or below 0.
+    pub fn set_smoothness(&mut self, weights: [f64; 3]) -> Result<(), MotionError> {
+        check_weights(weights)?;
+        self.smoothness = weights;
+        Ok(())
+    }
+
+    /// The same of one joint.
+    ///
+    /// # Errors
+    /// A weight that is not finite or below 0.
+    pub fn set_joint_smoothness(&mut self, joint: JointId, weights: [f64; 3]) -> Result<(), MotionError> {
+        check_weights(weights)?;
+        self.of_joints.push((joint, weights));
+        Ok(())
+    }
+
+    /// Changes the weight λ of a term.
+    pub fn set_weight<T>(&mut self, id: TermId<T>, weight: f64) {
+        self.base.set_weight(id, weight);
+    }
+
+    /// Changes the tolerance of a term.
+    pub fn set_tolerance<T>(&mut self, id: TermId<T>, tolerance: Tolerance) {
+        self.base.set_tolerance(id, tolerance);
+    }
+
+    /// Says whether success asks for a term.
+    pub fn set_mandatory<T>(&mut self, id: TermId<T>, mandatory: bool) {
+        self.base.set_mandatory(id, mandatory);
+    }
+
+    /// The first frame is this pose.
+    ///
+    /// # Errors
+    /// A pose of another rig or with numbers that are not finite.
+    pub fn fix_start(&mut self, pose: &Pose) -> Result<(), MotionError> {
+        self.fix_history(std::slice::from_ref(pose))
+    }
+
+    /// The first frames are these poses, which have been executed: the motion goes on from them without a kick,
+    /// since smoothness counts them too. None gives the first frame free.
+    ///
+    /// # Errors
+    /// More frames than the timeline leaves, poses of another rig or with numbers that are not finite.
+    pub fn fix_history(&mut self, poses: &[Pose]) -> Result<(), MotionError> {
+        self.check_given(poses.len(), "start", usize::from(self.end.is_some()))?;
+        for pose in poses {
+            self.check_pose(pose)?;
+        }
+        self.history = poses.to_vec();
+        Ok(())
+    }
+
+    /// The last frame is this pose; `None` gives it free.
+    ///
+    /// # Errors
+    /// No frame left for it, a pose of another rig or with numbers that are not finite.
+    pub fn fix_end(&mut self, pose: Option<&Pose>) -> Result<(), MotionError> {
+        if let Some(pose) = pose {
+            self.check_given(1, "end", self.history.len())?;
+            self.check_pose(pose)?;
+        }
+        self.end = pose.cloned();
+        Ok(())
+    }
+
+    fn check_given(&self, given: usize, side: &'static str, taken: usize) -> Result<(), MotionError> {
+        let n_frames = self.timeline.n_frames();
+        // A motion of given frames alone has nothing to plan.
+        if given + taken >= n_frames {
+            return Err(MotionError::GivenFrames { given, side, n_frames, taken });
+        }
+        Ok(())
+    }
+
+    fn check_pose(&self, pose: &Pose) -> Result<(), MotionError> {
+        if !pose.rig().is_same(self.rig()) {
+            return Err(MotionError::OtherRig);
+        }
+        if pose.is_valid() { Ok(()) } else { Err(MotionError::Pose) }
+    }
+
+    /// The pose of a frame that is given.
+    pub(crate) fn given(&self, frame: usize) -> Option<&Pose> {
+        let is_last = frame + 1 == self.timeline.n_frames();
+        self.history.get(frame).or(self.end.as_ref().filter(|_| is_last))
+    }
+
+    pub(crate) fn tracks(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// The weights of smoothness of a joint.
+    pub(crate) fn smoothness_of(&self, joint: JointId) -> [f64; 3] {
+        self.of_joints
+            .iter()
+            .rev()
+            .find(|(j, _)| *j == joint)
+            .map_or(self.smoothness, |(_, weights)| *weights)
+    }
+
+    /// The first term whose numbers are wrong at some frame, and what is wrong.
+    pub(crate) fn check(&self) -> Result<(), (usize, &'static str)> {
+        self.base.check()?;
+        for (idx, track) in self.tracks.iter().enumerate() {
+            for objective in &track.moving {
+                objective.check().map_err(|reason| (idx, reason))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The terms of one frame.
+    pub(crate) fn at(&self, frame: usize) -> FrameTerms<'_> {
+        FrameTerms { motion: self, frame }
+    }
+}
+
+fn check_weights(weights: [f64; 3]) -> Result<(), MotionError> {
+    let is_good = weights.iter().all(|w| w.is_finite() && *w >= 0.0);
+    if is_good { Ok(()) } else { Err(MotionError::Smoothness(weights)) }
+}
+
+/// The terms that hold at one frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameTerms<'a> {
+    motion: &'a MotionProblem,
+    frame: usize,
+}
+
+impl Terms for FrameTerms<'_> {
+    #[inline]
+    fn is_on(&self, term: usize) -> bool {
+        self.motion.tracks[term].frames.contains(&self.frame)
+    }
+    #[inline]
+    fn weight(&self, term: usize) -> f64 {
+        Terms::weight(&self.motion.base, term)
+    }
+    #[inline]
+    fn objective(&self, term: usize) -> &dyn Objective {
+        let track = &self.motion.tracks[term];
+        match track.moving.get(self.frame.wrapping_sub(track.frames.start)) {
+            Some(objective) => &**objective,
+            None => Terms::objective(&self.motion.base, term),
+        }
+    }
+}
+
+impl<T: Objective> Index<TermId<T>> for MotionProblem {
+    type Output = T;
+
+    /// # Panics
+    /// When the id is of another problem and does not fit.
+    fn index(&self, id: TermId<T>) -> &T {
+        &self.base[id]
+    }
+}
+
+impl<T: Objective> IndexMut<TermId<T>> for MotionProblem {
+    /// An objective that stays, to change it between solves. Of one that moves this is only a copy of its first
+    /// frame's.
+    ///
+    /// # Panics
+    /// When the id is of another problem and does not fit.
+    fn index_mut(&mut self, id: TermId<T>) -> &mut T {
+        &mut self.base[id]
+    }
+}

@@ -1,0 +1,131 @@
+//! What came of planning a motion.
+
+use ikiru_rig::JointId;
+
+use crate::motion::problem::MotionProblem;
+use crate::motion::state::MotionState;
+use crate::objective::Unit;
+use crate::plan::Plan;
+use crate::problem::Terms;
+use crate::report::{Invalid, StopReason};
+
+/// One term over all the frames at which it holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionTermReport {
+    /// The objective's kind.
+    pub kind: &'static str,
+    /// The first joint that it reads.
+    pub joint: Option<JointId>,
+    /// The weight λ.
+    pub weight: f64,
+    /// When it holds first and last, seconds.
+    pub from_secs: f64,
+    /// When it holds last, seconds.
+    pub to_secs: f64,
+    /// Length of the first part's residual at the frame at which it is the longest, in `unit`.
+    pub residual: f64,
+    /// Unit of `residual`.
+    pub unit: Unit,
+    /// When that is, seconds.
+    pub worst_secs: f64,
+    /// The longest residual of the second part and its unit, for objectives that have two.
+    pub second: Option<(f64, Unit)>,
+    /// What the term adds to the cost, over all its frames.
+    pub cost: f64,
+    /// Whether every part is within its tolerance at every frame.
+    pub satisfied: bool,
+    /// Whether success asks for it.
+    pub mandatory: bool,
+}
+
+/// What came of planning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionReport {
+    /// Whether the bar was met: a cost below `cost_below` where that is given, else every mandatory term within its
+    /// tolerance at each of its frames.
+    pub success: bool,
+    /// Why it ended.
+    pub stop: StopReason,
+    /// The cost of the motion, smoothness included.
+    pub cost: f64,
+    /// What of it is smoothness: velocity, acceleration, jerk.
+    pub smoothness: [f64; 3],
+    /// Iterations over all starts.
+    pub iterations: usize,
+    /// Starts beyond the first.
+    pub restarts: usize,
+    /// The terms, in the order in which they were added.
+    pub terms: Vec<MotionTermReport>,
+    /// What was not usable, where `stop` is [`StopReason::InvalidInput`].
+    pub invalid: Option<Invalid>,
+}
+
+impl MotionReport {
+    pub(crate) fn invalid(invalid: Invalid) -> Self {
+        Self {
+            success: false,
+            stop: StopReason::InvalidInput,
+            cost: f64::INFINITY,
+            smoothness: [0.0; 3],
+            iterations: 0,
+            restarts: 0,
+            terms: Vec::new(),
+            invalid: Some(invalid),
+        }
+    }
+}
+
+/// The terms of a motion as its state holds it.
+pub(crate) fn report_terms(
+    plan: &Plan,
+    motion: &MotionProblem,
+    state: &mut MotionState,
+) -> Vec<MotionTermReport> {
+    let timeline = motion.timeline();
+    let mut reports: Vec<MotionTermReport> = plan
+        .terms
+        .iter()
+        .map(|t| {
+            let (term, frames) = (&motion.terms().terms()[t.term], &motion.tracks()[t.term].frames);
+            let objective = &term.objective;
+            let unit = |part: usize| plan.parts.get(part).map_or(Unit::Metres, |p| p.unit);
+            let n_parts = t.parts.len();
+            MotionTermReport {
+                kind: objective.kind(),
+                joint: objective.joints().first().or(objective.motions().first()).copied(),
+                weight: term.weight,
+                from_secs: timeline.time(frames.start),
+                to_secs: timeline.time(frames.end - 1),
+                residual: 0.0,
+                unit: unit(t.parts.start),
+                worst_secs: timeline.time(frames.start),
+                second: (n_parts > 1).then(|| (0.0, unit(t.parts.start + 1))),
+                cost: 0.0,
+                satisfied: true,
+                mandatory: term.mandatory,
+            }
+        })
+        .collect();
+    for i in 0..state.keyed.len() {
+        let frame = state.keyed[i];
+        state.evaluate_frame(plan, motion, frame);
+        let terms = motion.at(frame);
+        for (t, report) in plan.terms.iter().zip(&mut reports).filter(|(t, _)| terms.is_on(t.term)) {
+            let loss = terms.objective(t.term).loss();
+            for (idx, part) in t.parts.clone().enumerate() {
+                let length = state.frame.squares[part].sqrt();
+                report.cost += report.weight * loss.cost(state.frame.squares[part]);
+                let tolerance = motion.terms().terms()[t.term].tolerance.of(plan.parts[part].unit);
+                report.satisfied &= length <= tolerance;
+                match (idx, &mut report.second) {
+                    (0, _) if length > report.residual => {
+                        (report.residual, report.worst_secs) = (length, timeline.time(frame));
+                    }
+                    (1, Some(second)) => second.0 = second.0.max(length),
+                    _ => {}
+                }
+            }
+        }
+    }
+    reports
+}

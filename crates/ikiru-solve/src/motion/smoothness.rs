@@ -1,0 +1,177 @@
+//! Smoothness of orders 1 to 3 on the manifold (equation 25), for whatever joints do.
+//!
+//! The first difference of a joint is the tangent from one frame's value to the next (for balls the rotation vector
+//! in the joint's own axes); the second and third are differences of those.
+
+use glam::DVec3;
+use ikiru_rig::{Motion, difference_joint};
+
+use crate::plan::Plan;
+
+/// Memory for differences over time: `n_frames × n_dofs` numbers each, frame by frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Smoothness {
+    /// Weights of the three orders, for each degree of freedom.
+    pub(crate) weights: Vec<[f64; 3]>,
+    first: Vec<f64>,
+    second: Vec<f64>,
+    third: Vec<f64>,
+}
+
+impl Smoothness {
+    pub(crate) fn new(weights: Vec<[f64; 3]>, n_frames: usize) -> Self {
+        let n = weights.len() * n_frames;
+        Self { weights, first: vec![0.0; n], second: vec![0.0; n], third: vec![0.0; n] }
+    }
+
+    /// The cost of each order, at the coordinates of all frames (`n_frames × n_coords`).
+    pub(crate) fn cost(&mut self, plan: &Plan, coords: &[f64]) -> [f64; 3] {
+        let (n, nc) = (plan.n_dofs, plan.n_coords);
+        let n_frames = if n == 0 { 0 } else { self.first.len() / n };
+        let mut cost = [0.0; 3];
+        for t in 0..n_frames.saturating_sub(1) {
+            let (from, to) = (&coords[t * nc..(t + 1) * nc], &coords[(t + 1) * nc..(t + 2) * nc]);
+            let first = &mut self.first[t * n..(t + 1) * n];
+            for m in &plan.movers {
+                let c = m.coord..m.coord + m.n_coords;
+                let tangent = &mut first[m.dof..m.dof + m.n_dofs];
+                difference_joint(&m.motion, &from[c.clone()], &to[c], tangent);
+            }
+        }
+        let differ = |from: &[f64], to: &mut [f64], count: usize| {
+            for i in 0..count * n {
+                to[i] = from[i + n] - from[i];
+            }
+        };
+        differ(&self.first, &mut self.second, n_frames.saturating_sub(2));
+        differ(&self.second, &mut self.third, n_frames.saturating_sub(3));
+        for (order, values) in [&self.first, &self.second, &self.third].into_iter().enumerate() {
+            for t in 0..n_frames.saturating_sub(order + 1) {
+                for k in 0..n {
+                    cost[order] += self.weights[k][order] * values[t * n + k] * values[t * n + k];
+                }
+            }
+        }
+        cost
+    }
+
+    /// Adds half the gradient by the tangents of all frames, as of the last [`cost`](Self::cost).
+    pub(crate) fn add_half_gradient(&mut self, plan: &Plan, gradient: &mut [f64]) {
+        let n = plan.n_dofs;
+        let n_frames = if n == 0 { 0 } else { self.first.len() / n };
+        if n_frames < 2 {
+            return;
+        }
+        // Half the gradient by the first differences, which takes the place of the weighted differences.
+        let w = &self.weights;
+        for i in 0..n_frames.saturating_sub(3) * n {
+            self.third[i] *= w[i % n][2];
+        }
+        for t in 0..n_frames.saturating_sub(2) {
+            for k in 0..n {
+                let i = t * n + k;
+                let after = if t + 3 < n_frames { self.third[i] } else { 0.0 };
+                let before = if t > 0 { self.third[i - n] } else { 0.0 };
+                self.second[i] = w[k][1] * self.second[i] + before - after;
+            }
+        }
+        for t in 0..n_frames - 1 {
+            for m in &plan.movers {
+                let mut pull = [0.0; 6];
+                for j in 0..m.n_dofs {
+                    let (k, i) = (m.dof + j, t * n + m.dof + j);
+                    let after = if t + 2 < n_frames { self.second[i] } else { 0.0 };
+                    let before = if t > 0 { self.second[i - n] } else { 0.0 };
+                    pull[j] = w[k][0] * self.first[i] + before - after;
+                }
+                let v = &self.first[t * n + m.dof..t * n + m.dof + m.n_dofs];
+                let (mut from, mut to) = (pull, pull);
+                if let Motion::Ball { .. } | Motion::Free { .. } = m.motion {
+                    let at = m.n_dofs - 3;
+                    let (v, p) = (DVec3::from_slice(&v[at..]), DVec3::from_slice(&pull[at..]));
+                    // The end of a rotation vector moves by Jr⁻¹ of its joint's tangent, the beginning by −Jl⁻¹; the
+                    // gradients by both are those of the transposes.
+                    to[at..at + 3].copy_from_slice(&inverse_right_jacobian(-v, p).to_array());
+                    from[at..at + 3].copy_from_slice(&inverse_right_jacobian(v, p).to_array());
+                }
+                for j in 0..m.n_dofs {
+                    gradient[t * n + m.dof + j] -= from[j];
+                    gradient[(t + 1) * n + m.dof + j] += to[j];
+                }
+            }
+        }
+    }
+}
+
+/// `Jr⁻¹(v) x`: by how much a rotation vector changes when `x` is turned behind it. Its transpose is that of `−v`.
+fn inverse_right_jacobian(v: DVec3, x: DVec3) -> DVec3 {
+    let square = v.length_squared();
+    let factor = if square < 1e-8 {
+        1.0 / 12.0 + square / 720.0
+    } else {
+        let angle = square.sqrt();
+        1.0 / square - 1.0 / (2.0 * angle * (0.5 * angle).tan())
+    };
+    let once = v.cross(x);
+    x + 0.5 * once + factor * v.cross(once)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ikiru_rig::retract_joint;
+    use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+    use crate::objectives::RestPose;
+    use crate::problem::Problem;
+
+    #[test]
+    fn the_gradient_is_that_of_central_differences() {
+        let mut random = Random::new(4);
+        for case in 0..20 {
+            let rig = random_rig(8, case);
+            let mut problem = Problem::whole_body(&rig);
+            let joints: Vec<_> = problem.active().collect();
+            problem.add(1.0, RestPose::new(&joints, rig.rest_pose()));
+            let plan = Plan::new(&problem);
+            let n_frames = 2 + random.below(5);
+            let (n, nc) = (plan.n_dofs, plan.n_coords);
+            let weights = (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();
+            let mut coords = Vec::new();
+            for _ in 0..n_frames {
+                let pose = random_pose(&rig, &mut random);
+                for m in &plan.movers {
+                    coords.extend_from_slice(&pose.coords()[m.pose_coord..m.pose_coord + m.n_coords]);
+                }
+            }
+            let mut smoothness = Smoothness::new(weights, n_frames);
+            smoothness.cost(&plan, &coords);
+            let mut gradient = vec![0.0; n * n_frames];
+            smoothness.add_half_gradient(&plan, &mut gradient);
+            for t in 0..n_frames {
+                for m in &plan.movers {
+                    for j in 0..m.n_dofs {
+                        let mut at = |h: f64| {
+                            let mut moved = coords.clone();
+                            let mut tangent = [0.0; 6];
+                            tangent[j] = h;
+                            let from = t * nc + m.coord;
+                            retract_joint(
+                                &m.motion,
+                                &mut moved[from..from + m.n_coords],
+                                &tangent[..m.n_dofs],
+                            );
+                            smoothness.cost(&plan, &moved).iter().sum::<f64>()
+                        };
+                        let h = 1e-6;
+                        let numeric = (at(h) - at(-h)) / (4.0 * h);
+                        let exact = gradient[t * n + m.dof + j];
+                        // Half a turn between frames is a corner of the distance: random poses come near it.
+                        let near = (numeric - exact).abs() < 1e-5 * (1.0 + exact.abs());
+                        assert!(near, "case {case}: {numeric} is not {exact}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! The state of a motion while it is solved: the coordinates of all frames, and their linearization.
+
+use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
+
+use crate::motion::problem::MotionProblem;
+use crate::motion::rows::{Block, FrameRows, RowPart};
+use crate::motion::smoothness::Smoothness;
+use crate::plan::Plan;
+use crate::problem::Terms;
+use crate::state::State;
+
+/// Everything that changes while a motion is solved.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MotionState {
+    pub(crate) n_frames: usize,
+    /// The coordinates of what moves, frame by frame.
+    pub(crate) coords: Vec<f64>,
+    /// Whether a frame is given.
+    pub(crate) is_given: Vec<bool>,
+    /// Frames at which a term holds, and runs of them that follow each other.
+    pub(crate) keyed: Vec<usize>,
+    pub(crate) rows: FrameRows,
+    /// Half the gradient of the terms that read motions and of smoothness, by the tangents of all frames.
+    pub(crate) gradient: Vec<f64>,
+    /// The curvature of the terms that read motions.
+    pub(crate) curvature: Vec<f64>,
+    /// What of the cost is not in rows: terms that read motions, and smoothness.
+    pub(crate) cost_beside_rows: f64,
+    pub(crate) smoothness: Smoothness,
+    pub(crate) smoothness_cost: [f64; 3],
+    pub(crate) frame: State,
+    /// The frame at which `frame` was evaluated last.
+    evaluated: Option<usize>,
+}
+
+impl MotionState {
+    pub(crate) fn new(plan: &Plan, motion: &MotionProblem) -> Self {
+        let n_frames = motion.timeline().n_frames();
+        let n = plan.n_dofs * n_frames;
+        let weights =
+            plan.movers.iter().flat_map(|m| vec![motion.smoothness_of(m.joint); m.n_dofs]).collect();
+        let keyed = (0..n_frames).filter(|t| motion.tracks().iter().any(|track| track.frames.contains(t)));
+        Self {
+            n_frames,
+            coords: vec![0.0; plan.n_coords * n_frames],
+            is_given: (0..n_frames).map(|t| motion.given(t).is_some()).collect(),
+            keyed: keyed.collect(),
+            rows: FrameRows { n_dofs: plan.n_dofs, ..FrameRows::default() },
+            gradient: vec![0.0; n],
+            curvature: vec![0.0; n],
+            cost_beside_rows: 0.0,
+            smoothness: Smoothness::new(weights, n_frames),
+            smoothness_cost: [0.0; 3],
+            frame: State::new(plan),
+            evaluated: None,
+        }
+    }
+
+    /// Takes over the pose of one frame, inside its limits; false where its numbers are not usable.
+    pub(crate) fn load(&mut self, plan: &Plan, t: usize, pose: &Pose) -> bool {
+        if !self.frame.load(plan, pose) {
+            return false;
+        }
+        self.evaluated = None;
+        if !self.is_given[t] {
+            self.frame.project(plan);
+        }
+        let nc = plan.n_coords;
+        self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.frame.coords[..nc]);
+        true
+    }
+
+    /// Writes one frame into a pose.
+    pub(crate) fn store(&mut self, plan: &Plan, t: usize, pose: &mut Pose) {
+        self.enter(plan, t);
+        self.frame.store(plan, pose);
+    }
+
+    fn enter(&mut self, plan: &Plan, t: usize) {
+        let nc = plan.n_coords;
+        self.frame.coords[..nc].copy_from_slice(&self.coords[t * nc..(t + 1) * nc]);
+        self.evaluated = None;
+    }
+
+    /// Evaluates the terms of one frame; the answer is their cost.
+    pub(crate) fn evaluate_frame(&mut self, plan: &Plan, motion: &MotionProblem, t: usize) -> f64 {
+        self.enter(plan, t);
+        let cost = self.frame.evaluate(plan, &motion.at(t));
+        self.evaluated = Some(t);
+        cost
+    }
+
+    /// The cost of the whole motion; infinite where it is not a number.
+    pub(crate) fn evaluate(&mut self, plan: &Plan, motion: &MotionProblem) -> f64 {
+        let mut cost = 0.0;
+        for i in 0..self.keyed.len() {
+            cost += self.evaluate_frame(plan, motion, self.keyed[i]);
+        }
+        self.smoothness_cost = self.smoothness.cost(plan, &self.coords);
+        cost += self.smoothness_cost.iter().sum::<f64>();
+        if cost.is_nan() { f64::INFINITY } else { cost }
+    }
+
+    /// Rows, gradients and curvatures at the coordinates that were [evaluated](Self::evaluate) last.
+    pub(crate) fn linearize(&mut self, plan: &Plan, motion: &MotionProblem) {
+        let n = plan.n_dofs;
+        self.rows.clear();
+        self.gradient.fill(0.0);
+        self.curvature.fill(0.0);
+        self.cost_beside_rows = self.smoothness_cost.iter().sum();
+        self.smoothness.add_half_gradient(plan, &mut self.gradient);
+        for i in 0..self.keyed.len() {
+            let t = self.keyed[i];
+            // One key alone is still what was evaluated.
+            if self.evaluated != Some(t) {
+                self.evaluate_frame(plan, motion, t);
+            }
+            let terms = motion.at(t);
+            self.frame.linearize(plan, &terms, false);
+            for k in 0..n {
+                self.gradient[t * n + k] += self.frame.motion_gradient[k];
+                self.curvature[t * n + k] += self.frame.motion_curvature[k];
+            }
+            self.push_rows(plan, &terms, t);
+        }
+    }
+
+    /// Copies the rows of the frame that was linearized.
+    fn push_rows(&mut self, plan: &Plan, terms: &impl Terms, t: usize) {
+        let n = plan.n_dofs;
+        let first_of_frame = self.rows.n_rows();
+        for term in plan.terms.iter().filter(|term| terms.is_on(term.term)) {
+            let (weight, loss) = (terms.weight(term.term), terms.objective(term.term).loss());
+            let mut row = term.rows.start;
+            for part in term.parts.clone() {
+                let scale = self.frame.weights[part];
+                if term.has_motion_part && part + 1 == term.parts.end {
+                    self.cost_beside_rows += weight * loss.cost(self.frame.squares[part]);
+                    continue;
+                }
+                let n_rows = plan.parts[part].n_rows;
+                let first = self.rows.n_rows();
+                self.rows.parts.push(RowPart { first, n_rows, term_weight: weight, loss, weight: scale });
+                for r in row..row + n_rows {
+                    self.rows.residual.push(self.frame.scaled[r]);
+                    let at = self.rows.jacobian.len();
+                    self.rows.jacobian.resize(at + n, 0.0);
+                    for (entry, span) in self.rows.jacobian[at..].iter_mut().zip(&plan.spans) {
+                        if (span.first..span.first + span.len).contains(&r) {
+                            *entry = self.frame.jacobian[span.start + r - span.first];
+                        }
+                    }
+                }
+                row += n_rows;
+            }
+        }
+        let n_rows = self.rows.n_rows() - first_of_frame;
+        if n_rows > 0 {
+            self.rows.blocks.push(Block { frame: t, first: first_of_frame, n_rows });
+        }
+    }
+
+    /// `coords := project(from ⊕ tangents)` for all frames that are not given.
+    pub(crate) fn step(&mut self, plan: &Plan, from: &[f64], tangents: &[f64]) {
+        let (n, nc) = (plan.n_dofs, plan.n_coords);
+        self.evaluated = None;
+        for t in 0..self.n_frames {
+            let coords = &mut self.coords[t * nc..(t + 1) * nc];
+            coords.copy_from_slice(&from[t * nc..(t + 1) * nc]);
+            if self.is_given[t] {
+                continue;
+            }
+            let tangent = &tangents[t * n..(t + 1) * n];
+            for m in &plan.movers {
+                let coords = &mut coords[m.coord..m.coord + m.n_coords];
+                retract_joint(&m.motion, coords, &tangent[m.dof..m.dof + m.n_dofs]);
+                project_joint(&m.motion, coords);
+            }
+        }
+    }
+
+    /// Sets the frames between two others on the way from one to the other, at even distances.
+    pub(crate) fn interpolate(&mut self, plan: &Plan, from: usize, to: usize) {
+        let nc = plan.n_coords;
+        for t in from + 1..to {
+            if self.is_given[t] {
+                continue;
+            }
+            let part = (t - from) as f64 / (to - from) as f64;
+            for m in &plan.movers {
+                let of = |frame: usize| frame * nc + m.coord..frame * nc + m.coord + m.n_coords;
+                let mut way = [0.0; 6];
+                let way = &mut way[..m.n_dofs];
+                difference_joint(&m.motion, &self.coords[of(from)], &self.coords[of(to)], way);
+                way.iter_mut().for_each(|w| *w *= part);
+                self.coords.copy_within(of(from), of(t).start);
+                let coords = &mut self.coords[of(t)];
+                retract_joint(&m.motion, coords, way);
+                project_joint(&m.motion, coords);
+            }
+        }
+        self.evaluated = None;
+    }
+
+    /// Whether every mandatory term is within its tolerance at each of its frames.
+    pub(crate) fn is_satisfied(&mut self, plan: &Plan, motion: &MotionProblem) -> bool {
+        for i in 0..self.keyed.len() {
+            let t = self.keyed[i];
+            self.evaluate_frame(plan, motion, t);
+            let terms = motion.at(t);
+            for term in plan.terms.iter().filter(|term| terms.is_on(term.term)) {
+                let data = &motion.terms().terms()[term.term];
+                let is_met = term.parts.clone().all(|part| {
+                    let tolerance = data.tolerance.of(plan.parts[part].unit);
+                    self.frame.squares[part] <= tolerance * tolerance
+                });
+                if data.mandatory && !is_met {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,365 @@
+//! The damped Gauss–Newton step of a whole motion, its structure in time exploited.
+//!
+//! Smoothness couples a degree of freedom with itself only, over at most three frames: for each there is one banded
+//! matrix `A` over time, factored in a time that is linear in frames. Rows `J` exist at the frames at which something is
+//! wanted, so that with few of them the step is solved over rows: `(J A⁻¹ Jᵀ + I) y = r − J A⁻¹ g`,
+//! `δ = −A⁻¹ (g + Jᵀ y)`. Frames that are given, and what a limit holds back, take no part.
+//!
+//! Damping is by the speed of the step rather than by its length: frames between two keys then follow the keys
+//! whatever the damping, which only shortens the step as a whole.
+
+use crate::motion::banded::Banded;
+use crate::motion::rows::{FrameRows, solve_dense};
+use crate::motion::state::MotionState;
+use crate::plan::Plan;
+
+/// How near to a limit counts as on it, in radians or metres.
+const ON_LIMIT: f64 = 1e-9;
+/// Rounds of finding limits that a step would cross, holding those and solving again.
+const MOST_ROUNDS: usize = 4;
+
+/// Memory of the step, and the step itself in `delta`, frame by frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MotionStep {
+    n_frames: usize,
+    n_dofs: usize,
+    /// Smoothness matrices by distinct weights, and which one each degree of freedom has.
+    classes: Vec<Banded>,
+    class_of: Vec<usize>,
+    /// The matrix of the squared speed, by which steps are damped.
+    speed: Banded,
+    /// How long a stretch of time one key moves (frames), and the damping of a shift of all frames.
+    stretch: f64,
+    shift: f64,
+    /// Half the gradient of the whole cost.
+    pub(crate) gradient: Vec<f64>,
+    /// What may move in this iteration, and what is still to be solved for in the current round.
+    free: Vec<bool>,
+    open: Vec<bool>,
+    pub(crate) delta: Vec<f64>,
+    /// Factors of the matrices of classes, then of those degrees of freedom that have their own.
+    factors: Vec<Banded>,
+    factor_of: Vec<usize>,
+    /// `(A⁻¹)` at pairs of frames with rows, for each factor.
+    inverses: Vec<Vec<f64>>,
+    right: Vec<f64>,
+    y: Vec<f64>,
+    dense: Vec<f64>,
+    line: Vec<f64>,
+}
+
+impl MotionStep {
+    pub(crate) fn new(plan: &Plan, state: &MotionState) -> Self {
+        let (n, n_frames) = (plan.n_dofs, state.n_frames);
+        let mut distinct: Vec<[f64; 3]> = Vec::new();
+        let class_of = state.smoothness.weights.iter().map(|w| {
+            distinct.iter().position(|d| d == w).unwrap_or_else(|| {
+                distinct.push(*w);
+                distinct.len() - 1
+            })
+        });
+        let class_of = class_of.collect();
+        let n_keys = state.keyed.len().max(1) as f64;
+        let n_free = state.is_given.iter().filter(|given| !**given).count() as f64;
+        Self {
+            n_frames,
+            n_dofs: n,
+            classes: distinct.into_iter().map(|w| Banded::smoothness(n_frames, w)).collect(),
+            class_of,
+            speed: Banded::smoothness(n_frames, [1.0, 0.0, 0.0]),
+            stretch: (n_free / n_keys).max(1.0),
+            shift: (n_keys / n_frames as f64).min(1.0),
+            gradient: vec![0.0; n * n_frames],
+            free: vec![true; n * n_frames],
+            open: vec![true; n * n_frames],
+            delta: vec![0.0; n * n_frames],
+            factor_of: vec![0; n],
+            line: vec![0.0; n_frames],
+            ..Self::default()
+        }
+    }
+
+    /// Takes over a linearization: the gradient, and what limits block. The answer is the largest remaining entry
+    /// of the gradient.
+    pub(crate) fn begin(&mut self, plan: &Plan, state: &MotionState) -> f64 {
+        let (n, nc) = (self.n_dofs, plan.n_coords);
+        self.gradient.copy_from_slice(&state.gradient);
+        state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
+        let mut largest = 0.0_f64;
+        for t in 0..self.n_frames {
+            for k in 0..n {
+                let (g, idx) = (self.gradient[t * n + k], t * n + k);
+                let x = state.coords[t * nc + plan.coord_of_dof[k]];
+                let (down, up) = (plan.lower[k] - x, plan.upper[k] - x);
+                let blocked =
+                    (down >= -ON_LIMIT && (g > 0.0 || up <= ON_LIMIT)) || (up <= ON_LIMIT && g < 0.0);
+                self.free[idx] = !state.is_given[t] && !blocked;
+                if self.free[idx] {
+                    largest = largest.max(g.abs());
+                }
+            }
+        }
+        largest
+    }
+
+    /// The largest curvature along one degree of freedom of one frame, by which damping is measured.
+    pub(crate) fn scale(&self, state: &MotionState) -> f64 {
+        let mut largest = 0.0_f64;
+        for block in &state.rows.blocks {
+            for k in 0..self.n_dofs {
+                let rows = block.first..block.first + block.n_rows;
+                let square: f64 = rows.map(|r| state.rows.row(r)[k].powi(2)).sum();
+                largest = largest.max(square + state.curvature[block.frame * self.n_dofs + k]);
+            }
+        }
+        let smooth = self.classes.iter().flat_map(|c| &c.rows).map(|row| row[0]).fold(0.0, f64::max);
+        if largest > 0.0 { largest } else { smooth }
+    }
+
+    /// Computes `delta` for a damping. False where the system cannot be solved with so little damping.
+    pub(crate) fn solve(&mut self, plan: &Plan, state: &MotionState, damping: f64) -> bool {
+        self.open.copy_from_slice(&self.free);
+        self.delta.fill(0.0);
+        for round in 0..MOST_ROUNDS {
+            if !self.solve_open(state, damping) {
+                return false;
+            }
+            if round + 1 == MOST_ROUNDS || !self.hold_crossed(plan, state) {
+                break;
+            }
+        }
+        self.clamp(plan, state);
+        true
+    }
+
+    /// The matrix of one degree of freedom, without what is held.
+    fn matrix(&self, state: &MotionState, k: usize, damping: f64, is_shared: bool) -> Banded {
+        let n = self.n_dofs;
+        let mut matrix = self.classes[self.class_of[k]].clone();
+        let (speed, shift) = (damping * self.stretch, damping * self.shift);
+        for t in 0..self.n_frames {
+            for d in 0..4 {
+                matrix.rows[t][d] += speed * self.speed.rows[t][d];
+            }
+            matrix.rows[t][0] += shift + if is_shared { 0.0 } else { state.curvature[t * n + k] };
+        }
+        for t in 0..self.n_frames {
+            let is_held = if is_shared { state.is_given[t] } else { !self.open[t * n + k] };
+            if is_held {
+                matrix.rows[t] = [1.0, 0.0, 0.0, 0.0];
+                for d in 1..4.min(t + 1) {
+                    matrix.rows[t - d][d] = 0.0;
+                }
+            }
+        }
+        matrix
+    }
+
+    /// Factors one matrix for each class, and one for each degree of freedom that differs from its class.
+    fn factor(&mut self, state: &MotionState, damping: f64) -> bool {
+        let n = self.n_dofs;
+        self.factors.clear();
+        for class in 0..self.classes.len() {
+            let k = self.class_of.iter().position(|c| *c == class).unwrap_or(0);
+            self.factors.push(self.matrix(state, k, damping, true));
+        }
+        for k in 0..n {
+            let is_own = (0..self.n_frames).any(|t| {
+                let idx = t * n + k;
+                state.curvature[idx] != 0.0 || self.open[idx] == state.is_given[t]
+            });
+            self.factor_of[k] = if is_own { self.factors.len() } else { self.class_of[k] };
+            if is_own {
+                self.factors.push(self.matrix(state, k, damping, false));
+            }
+        }
+        self.factors.iter_mut().all(Banded::factor)
+    }
+
+    /// `x := A⁻¹ x` where open, 0 elsewhere.
+    fn apply_inverse(&mut self, x: &mut [f64]) {
+        let n = self.n_dofs;
+        for k in 0..n {
+            for t in 0..self.n_frames {
+                self.line[t] = if self.open[t * n + k] { x[t * n + k] } else { 0.0 };
+            }
+            self.factors[self.factor_of[k]].solve_from(0, &mut self.line);
+            for t in 0..self.n_frames {
+                x[t * n + k] = if self.open[t * n + k] { self.line[t] } else { 0.0 };
+            }
+        }
+    }
+
+    /// Solves for what is open; the rest keeps its `delta`.
+    fn solve_open(&mut self, state: &MotionState, damping: f64) -> bool {
+        if !self.factor(state, damping) {
+            return false;
+        }
+        let n = self.n_dofs;
+        let mut right = std::mem::take(&mut self.right);
+        let mut y = std::mem::take(&mut self.y);
+        // What is held moves its neighbours in time, and its own frame's rows.
+        right.clear();
+        right.extend_from_slice(&state.gradient);
+        y.clear();
+        y.extend_from_slice(&state.rows.residual);
+        if self.delta.iter().zip(&self.open).any(|(d, open)| *d != 0.0 && !open) {
+            for idx in 0..self.delta.len() {
+                if self.open[idx] {
+                    self.delta[idx] = 0.0;
+                }
+            }
+            self.add_coupling(state, damping, &mut right);
+            state.rows.add_product(&self.delta, &mut y);
+        }
+        // u = A⁻¹ g, then y = (I + J A⁻¹ Jᵀ)⁻¹ (r − J u).
+        let mut u = right.clone();
+        self.apply_inverse(&mut u);
+        u.iter_mut().for_each(|v| *v = -*v);
+        state.rows.add_product(&u, &mut y);
+        let solved = self.solve_rows(&state.rows, &mut y);
+        if solved {
+            state.rows.add_transposed(&y, &mut right);
+            self.apply_inverse(&mut right);
+            for idx in 0..n * self.n_frames {
+                if self.open[idx] {
+                    self.delta[idx] = -right[idx];
+                }
+            }
+        }
+        (self.right, self.y) = (right, y);
+        solved
+    }
+
+    /// `right += (smoothness + damping + curvature) · delta`
+    fn add_coupling(&self, state: &MotionState, damping: f64, right: &mut [f64]) {
+        let n = self.n_dofs;
+        for k in 0..n {
+            if (0..self.n_frames).all(|t| self.delta[t * n + k] == 0.0) {
+                continue;
+            }
+            let line: Vec<f64> = (0..self.n_frames).map(|t| self.delta[t * n + k]).collect();
+            let mut out = vec![0.0; self.n_frames];
+            self.classes[self.class_of[k]].add_product(&line, &mut out);
+            let mut speed = vec![0.0; self.n_frames];
+            self.speed.add_product(&line, &mut speed);
+            for t in 0..self.n_frames {
+                let own = damping * self.shift + state.curvature[t * n + k];
+                right[t * n + k] += out[t] + damping * self.stretch * speed[t] + own * line[t];
+            }
+        }
+    }
+
+    /// `y := (I + J A⁻¹ Jᵀ)⁻¹ y`
+    fn solve_rows(&mut self, rows: &FrameRows, y: &mut [f64]) -> bool {
+        let (n, m, n_blocks) = (self.n_dofs, rows.n_rows(), rows.blocks.len());
+        if m == 0 {
+            return true;
+        }
+        self.invert_at(rows);
+        let mut dense = std::mem::take(&mut self.dense);
+        dense.clear();
+        dense.resize(m * m, 0.0);
+        let mut weighted = vec![0.0; n];
+        for (a, later) in rows.blocks.iter().enumerate() {
+            for (b, earlier) in rows.blocks[..=a].iter().enumerate() {
+                for i in later.first..later.first + later.n_rows {
+                    let row = rows.row(i);
+                    for k in 0..n {
+                        let is_open = self.open[later.frame * n + k] && self.open[earlier.frame * n + k];
+                        let inverse = self.inverses[self.factor_of[k]][a * n_blocks + b];
+                        weighted[k] = if is_open { row[k] * inverse } else { 0.0 };
+                    }
+                    for j in earlier.first..(earlier.first + earlier.n_rows).min(i + 1) {
+                        let other = rows.row(j);
+                        dense[i * m + j] = weighted.iter().zip(other).map(|(a, b)| a * b).sum();
+                    }
+                }
+            }
+        }
+        for i in 0..m {
+            dense[i * m + i] += 1.0;
+        }
+        let solved = solve_dense(m, &mut dense, y);
+        self.dense = dense;
+        solved
+    }
+
+    /// The entries of the inverses at pairs of frames with rows.
+    fn invert_at(&mut self, rows: &FrameRows) {
+        let n_blocks = rows.blocks.len();
+        self.inverses.resize(self.factors.len(), Vec::new());
+        for (factor, inverse) in self.factors.iter().zip(&mut self.inverses) {
+            inverse.clear();
+            inverse.resize(n_blocks * n_blocks, 0.0);
+            for (b, block) in rows.blocks.iter().enumerate() {
+                self.line.fill(0.0);
+                self.line[block.frame] = 1.0;
+                factor.solve_from(block.frame, &mut self.line);
+                for (a, other) in rows.blocks.iter().enumerate() {
+                    inverse[a * n_blocks + b] = self.line[other.frame];
+                }
+            }
+        }
+    }
+
+    /// Holds what the step takes across a range at that range; says whether there was something.
+    fn hold_crossed(&mut self, plan: &Plan, state: &MotionState) -> bool {
+        let (n, nc) = (self.n_dofs, plan.n_coords);
+        let mut crossed = false;
+        for t in 0..self.n_frames {
+            for k in 0..n {
+                let idx = t * n + k;
+                if !self.open[idx] {
+                    continue;
+                }
+                let x = state.coords[t * nc + plan.coord_of_dof[k]];
+                let inside = self.delta[idx].max(plan.lower[k] - x).min(plan.upper[k] - x);
+                if inside != self.delta[idx] {
+                    crossed = true;
+                    (self.open[idx], self.delta[idx]) = (false, inside);
+                }
+            }
+        }
+        crossed
+    }
+
+    /// What is still beyond a range after the last round ends at it.
+    fn clamp(&mut self, plan: &Plan, state: &MotionState) {
+        let (n, nc) = (self.n_dofs, plan.n_coords);
+        for t in 0..self.n_frames {
+            for k in 0..n {
+                let x = state.coords[t * nc + plan.coord_of_dof[k]];
+                let delta = &mut self.delta[t * n + k];
+                *delta = delta.max(plan.lower[k] - x).min(plan.upper[k] - x);
+            }
+        }
+    }
+
+    /// The cost that the linear model promises for `delta`, losses and all.
+    pub(crate) fn predicted_cost(&mut self, state: &MotionState) -> f64 {
+        let n = self.n_dofs;
+        self.y.clear();
+        self.y.extend_from_slice(&state.rows.residual);
+        state.rows.add_product(&self.delta, &mut self.y);
+        let mut cost = state.cost_beside_rows;
+        for part in state.rows.parts.iter().filter(|part| part.weight > 0.0) {
+            let rows = &self.y[part.first..part.first + part.n_rows];
+            let square = rows.iter().map(|r| r * r).sum::<f64>() / part.weight;
+            cost += part.term_weight * part.loss.cost(square);
+        }
+        let mut product = vec![0.0; self.n_frames];
+        for k in 0..n {
+            for t in 0..self.n_frames {
+                self.line[t] = self.delta[t * n + k];
+            }
+            product.fill(0.0);
+            self.classes[self.class_of[k]].add_product(&self.line, &mut product);
+            for t in 0..self.n_frames {
+                let (d, idx) = (self.line[t], t * n + k);
+                cost += d * (2.0 * state.gradient[idx] + d * state.curvature[idx] + product[t]);
+            }
+        }
+        cost
+    }
+}

@@ -1,0 +1,191 @@
+//! Ipopt as a method: the minimum that Levenberg–Marquardt finds, limits, and every reason to stop.
+#![cfg(feature = "ipopt")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use ikiru_rig::{Cone, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_solve::objectives::{PoseTarget, Position, RestPose};
+use ikiru_solve::{Invalid, Loss, Method, Problem, Search, Solver, SolverOptions, StopReason};
+use ikiru_testkit::reference::world_matrices;
+use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+const IPOPT: SolverOptions = SolverOptions {
+    method: Method::Ipopt,
+    search: Search::Local,
+    cost_below: None,
+    max_iterations: 500,
+    max_time: None,
+};
+
+fn solve(options: SolverOptions, problem: &Problem, pose: &mut Pose) -> (f64, StopReason, usize) {
+    let solver = Solver::new(options);
+    let mut workspace = solver.workspace(problem);
+    let report = solver.solve(problem, pose, &mut workspace);
+    (report.cost, report.stop, report.iterations)
+}
+
+/// Balls with cones, 0.3 m long each, and a hand at the end.
+fn arm() -> (Rig, JointId) {
+    let mut builder = RigBuilder::new();
+    let mut parent = None;
+    for idx in 0..4 {
+        let mut joint = Joint::new(format!("joint_{idx}"), parent);
+        joint.rest_translation = if idx == 0 { DVec3::ZERO } else { DVec3::X * 0.3 };
+        if idx < 3 {
+            let cone = Cone::new(DVec3::X, [1.0, 0.7], Range::degrees(-40.0, 60.0)).unwrap();
+            joint.motion = Motion::Ball { cone: Some(cone) };
+        }
+        parent = Some(builder.add(joint));
+    }
+    (builder.build().unwrap(), parent.unwrap())
+}
+
+/// A hand that is wanted at a place, with a pull to the rest pose.
+fn pulled(rig: &Rig, hand: JointId, target: DVec3, pull: f64) -> Problem {
+    let mut problem = Problem::whole_body(rig);
+    problem.add(1.0, Position::new(hand, target));
+    let joints: Vec<JointId> = problem.active().collect();
+    problem.add(pull, RestPose::new(&joints, rig.rest_pose()));
+    problem
+}
+
+#[test]
+fn the_minimum_is_that_of_lm() {
+    let mut random = Random::new(3);
+    let (mut all, mut agreeing) = (0, 0);
+    for case in 0..40 {
+        let rig = random_rig(3 + random.below(12), 500 + case);
+        let hand = JointId::from_index(rig.n_joints() - 1);
+        // A strong pull: there is one minimum near the rest pose.
+        let target = rig.rest_pose().frame(hand).origin.value() + random.vector(0.15);
+        let problem = pulled(&rig, hand, target, 0.5);
+        let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
+        let lm = solve(SolverOptions::default(), &problem, &mut a).0;
+        let (ipopt, stop, _) = solve(IPOPT, &problem, &mut b);
+        assert!(b.limit_violation() < 1e-9);
+        assert_ne!(stop, StopReason::IterationLimit);
+        all += 1;
+        let gap = (ipopt - lm) / lm.max(1e-9);
+        assert!(gap < 1e-6, "case {case}: {ipopt}, lm {lm}");
+        agreeing += usize::from(gap.abs() < 1e-6);
+    }
+    // Now and then lm stops a little early at a cone.
+    assert!(agreeing * 100 >= all * 97, "{agreeing} of {all}");
+}
+
+#[test]
+fn limits_hold_and_reachable_targets_are_reached() {
+    let mut random = Random::new(17);
+    let (mut all, mut reached) = (0, 0);
+    for case in 0..40 {
+        let rig = random_rig(2 + random.below(16), 900 + case);
+        let joint = JointId::from_index(rig.n_joints() - 1);
+        let frame = random_pose(&rig, &mut random).frame(joint);
+        let mut problem = Problem::whole_body(&rig);
+        problem.add(1.0, PoseTarget::new(joint, frame.origin.into(), frame.rotation.quaternion()));
+        let options = SolverOptions { search: Search::Global { max_restarts: 8 }, ..IPOPT };
+        let mut pose = rig.rest_pose();
+        pose.project(); // of joints, too, that the target does not see
+        let (_, stop, _) = solve(options, &problem, &mut pose);
+        assert!(pose.limit_violation() < 1e-9 && pose.is_valid());
+        all += 1;
+        if stop == StopReason::Reached {
+            reached += 1;
+            let found = world_matrices(&pose)[joint.index()].w_axis.truncate();
+            assert!(found.distance(frame.origin.into()) < 1.001e-3);
+        }
+    }
+    assert!(reached * 100 >= all * 97, "{reached} of {all}");
+}
+
+#[test]
+fn a_cone_stops_what_is_out_of_reach_as_it_stops_lm() {
+    let (rig, hand) = arm();
+    for target in [DVec3::new(-0.5, 0.4, 0.2), DVec3::new(0.0, -1.0, 0.3), DVec3::new(2.0, 0.5, 0.0)] {
+        let problem = pulled(&rig, hand, target, 1e-3);
+        let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
+        let lm = solve(SolverOptions::default(), &problem, &mut a).0;
+        let (ipopt, stop, _) = solve(IPOPT, &problem, &mut b);
+        assert_eq!(stop, StopReason::Converged, "{target}");
+        // At a cone lm ends up to 5e-6 of the cost above the minimum.
+        assert!(ipopt < lm * (1.0 + 1e-6) && lm < ipopt * (1.0 + 1e-5), "{target}: {ipopt}, lm {lm}");
+        assert!(b.limit_violation() < 1e-9);
+    }
+}
+
+#[test]
+fn every_stop_rule_stops() {
+    let (rig, hand) = arm();
+    let mut problem = Problem::whole_body(&rig);
+    let id =
+        problem.add(1.0, Position { loss: Loss::Norm, ..Position::new(hand, DVec3::new(0.5, 0.4, 0.2)) });
+    let run = |options: SolverOptions, problem: &Problem| solve(options, problem, &mut rig.rest_pose());
+    let bar = SolverOptions { cost_below: Some(0.005), ..IPOPT };
+    let (cost, stop, iterations) = run(bar, &problem);
+    assert!(cost < 0.005 && stop == StopReason::Reached && iterations < 100, "{cost} {stop:?} {iterations}");
+    for max_iterations in [0, 1, 2, 5] {
+        let few = SolverOptions { max_iterations, cost_below: Some(1e-300), ..IPOPT };
+        let (_, stop, iterations) = run(few, &problem);
+        assert_eq!((stop, iterations), (StopReason::IterationLimit, max_iterations));
+    }
+    let none = SolverOptions { max_time: Some(Duration::ZERO), ..bar };
+    assert_eq!(run(none, &problem).1, StopReason::TimeBudget);
+    problem[id].target = DVec3::new(9.0, 0.0, 1.0);
+    assert_eq!(run(IPOPT, &problem).1, StopReason::Converged);
+    let started = Instant::now();
+    let endless = SolverOptions {
+        max_time: Some(Duration::from_millis(20)),
+        search: Search::Global { max_restarts: 100_000_000 },
+        ..bar
+    };
+    assert_eq!(run(endless, &problem).1, StopReason::TimeBudget);
+    assert!(started.elapsed() < Duration::from_secs(5), "it would take hours without the budget");
+}
+
+#[test]
+fn what_cannot_move_has_converged() {
+    let (rig, hand) = arm();
+    let mut problem = Problem::new(&rig, []);
+    problem.add(1.0, Position::new(hand, DVec3::ZERO));
+    let (cost, stop, _) = solve(IPOPT, &problem, &mut rig.rest_pose());
+    assert!(stop == StopReason::Converged && (cost - 0.81).abs() < 1e-12);
+}
+
+#[test]
+fn invalid_input_is_not_touched() {
+    let (rig, hand) = arm();
+    let mut problem = Problem::whole_body(&rig);
+    problem.add(1.0, Position::new(hand, DVec3::NAN));
+    let solver = Solver::new(IPOPT);
+    let mut workspace = solver.workspace(&problem);
+    let mut pose = rig.rest_pose();
+    let report = solver.solve(&problem, &mut pose, &mut workspace);
+    assert_eq!((report.stop, report.iterations), (StopReason::InvalidInput, 0));
+    assert!(matches!(report.invalid, Some(Invalid::Term(0, _))));
+    assert_eq!(pose, rig.rest_pose());
+}
+
+#[test]
+fn the_same_input_gives_the_same_bits_on_any_thread() {
+    let run = || {
+        let rig = random_rig(12, 41);
+        let hand = JointId::from_index(11);
+        let problem = pulled(&rig, hand, DVec3::new(0.3, 0.2, -0.4), 0.01);
+        let mut pose = rig.rest_pose();
+        let (cost, ..) = solve(IPOPT, &problem, &mut pose);
+        (cost.to_bits(), pose.coords().iter().map(|c| c.to_bits()).collect::<Vec<_>>())
+    };
+    let threads: Vec<_> = (0..4).map(|_| std::thread::spawn(run)).collect();
+    let here = run();
+    for thread in threads {
+        assert_eq!(thread.join().unwrap(), here);
+    }
+}
+
+#[test]
+fn it_is_found_by_its_name() {
+    assert_eq!(Method::from_name("ipopt"), Some(Method::Ipopt));
+    assert!(Method::ALL.contains(&Method::Ipopt));
+}

@@ -1,0 +1,289 @@
+//! Planned motions: optima that are known by other means, what is given stays, limits hold, errors are precise.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_solve::objectives::{Direction, LookAt, Orientation, Position, RestPose};
+use ikiru_solve::{
+    Invalid, Loss, Method, MotionError, MotionProblem, MotionWorkspace, PlannedMotion, Problem, Search,
+    Solver, SolverOptions, StopReason, Timeline, TimelineError, When,
+};
+use ikiru_testkit::reference::world_matrices;
+use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+/// A chain of four segments of 0.25 m along x with three angles each, and a hand at its end.
+fn arm(limit_deg: f64) -> (Rig, JointId) {
+    let mut builder = RigBuilder::new();
+    let mut parent = None;
+    for i in 0..5 {
+        let mut joint = Joint::new(format!("joint{i}"), parent);
+        joint.rest_translation = if i == 0 { DVec3::ZERO } else { DVec3::X * 0.25 };
+        if i < 4 {
+            let ranges = [Range::degrees(-limit_deg, limit_deg); 3];
+            joint.motion = Motion::Euler { order: EulerOrder::Zyx, ranges };
+        }
+        parent = Some(builder.add(joint));
+    }
+    (builder.build().unwrap(), JointId::from_index(4))
+}
+
+fn still(pose: &Pose) -> Clip {
+    Clip::new("still", vec![0.0], vec![pose.clone()]).unwrap()
+}
+
+fn plan(options: SolverOptions, motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
+    Solver::new(options).plan(motion, &still(guess), &mut MotionWorkspace::default())
+}
+
+fn place(pose: &Pose, joint: JointId) -> DVec3 {
+    world_matrices(pose)[joint.index()].w_axis.truncate()
+}
+
+/// Second and third differences of angles, and the first, summed up as equation 25 says, from the poses alone.
+fn smoothness(clip: &Clip) -> [f64; 3] {
+    let mut values: Vec<Vec<f64>> = clip.poses().iter().map(|p| p.coords().to_vec()).collect();
+    [0; 3].map(|_| {
+        values = values.windows(2).map(|w| w[1].iter().zip(&w[0]).map(|(a, b)| a - b).collect()).collect();
+        values.iter().flatten().map(|v| v * v).sum()
+    })
+}
+
+#[test]
+fn one_end_objective_has_the_known_optimum() {
+    let (rig, hand) = arm(100.0);
+    let mut random = Random::new(5);
+    for points in [0, 1, 3, 10] {
+        for _ in 0..5 {
+            let target = random.vector(1.0).normalize() * random.between(0.3, 0.8);
+            let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(points).unwrap());
+            motion.add(1.0, When::End, Position::new(hand, target)).unwrap();
+            motion.fix_start(&rig.rest_pose()).unwrap();
+            let mut start = rig.rest_pose();
+            start.coords_mut().iter_mut().for_each(|c| *c += 0.05);
+            let planned = plan(SolverOptions::default(), &motion, &start);
+            assert_eq!(planned.clip.poses().len(), points + 2);
+            assert_eq!(planned.clip.poses()[0], rig.rest_pose());
+            // On the straight line from rest only the speed costs: a pose with a pull to rest of that weight.
+            let mut pose = planned.clip.poses().last().unwrap().clone();
+            let mut problem = Problem::whole_body(&rig);
+            problem.add(1.0, Position::new(hand, target));
+            let joints: Vec<JointId> = problem.active().collect();
+            // That objective is divided by the number of its joints.
+            let weight = 0.001 / (points as f64 + 1.0) * joints.len() as f64;
+            problem.add(weight, RestPose::new(&joints, rig.rest_pose()));
+            let solver = Solver::new(SolverOptions::default());
+            let best = solver.solve(&problem, &mut pose, &mut solver.workspace(&problem)).cost;
+            let cost = planned.report.cost;
+            assert!((cost - best).abs() < 1e-6 * best, "{points} points: {cost} is not {best}");
+            let [speed, acceleration, jerk] = smoothness(&planned.clip);
+            assert!(acceleration < 1e-9 && jerk < 1e-9, "{acceleration} {jerk}");
+            assert!((planned.report.smoothness[0] - 0.001 * speed).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn costs_are_those_of_equation_26() {
+    let (rig, hand) = arm(60.0);
+    let weights = [0.01, 0.002, 0.003];
+    let target = DVec3::new(0.5, 0.4, 0.3);
+    for method in [Method::Lm, Method::from_name("adam").unwrap()] {
+        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+        motion.set_smoothness(weights).unwrap();
+        motion.add(1.0, When::At(0.5), Position { loss: Loss::Norm, ..Position::new(hand, target) }).unwrap();
+        motion.add(0.5, When::Span { from: 0.7, to: 0.9 }, Direction::new(hand, DVec3::X, DVec3::Y)).unwrap();
+        let planned = plan(
+            SolverOptions { method, max_iterations: 40, ..Default::default() },
+            &motion,
+            &rig.rest_pose(),
+        );
+        let poses = planned.clip.poses();
+        let mut cost: f64 = smoothness(&planned.clip).iter().zip(weights).map(|(s, w)| s * w).sum();
+        cost += place(&poses[5], hand).distance(target);
+        for pose in &poses[7..=9] {
+            let pointing = world_matrices(pose)[hand.index()].transform_vector3(DVec3::X);
+            cost += 0.5 * pointing.angle_between(DVec3::Y).powi(2);
+        }
+        assert!((cost - planned.report.cost).abs() < 1e-7, "{cost} is not {}", planned.report.cost);
+        assert!(poses.iter().all(|p| p.limit_violation() < 1e-9));
+        let terms = &planned.report.terms;
+        assert_eq!((terms[0].from_secs, terms[0].to_secs), (0.5, 0.5));
+        assert!((terms[0].residual - place(&poses[5], hand).distance(target)).abs() < 1e-9);
+        assert!((0.7..=0.9).contains(&(terms[1].worst_secs + 1e-12)));
+    }
+}
+
+#[test]
+fn several_keys_given_ends_and_a_direction_throughout() {
+    for case in 0..6 {
+        let rig = random_rig(24, case);
+        let mut random = Random::new(case);
+        let tip = JointId::from_index(rig.n_joints() - 1);
+        let (start, end) = (random_pose(&rig, &mut random), random_pose(&rig, &mut random));
+        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(2.0, 20.0).unwrap());
+        motion.fix_start(&start).unwrap();
+        motion.fix_end(Some(&end)).unwrap();
+        let targets: Vec<DVec3> =
+            (0..3).map(|_| random_pose(&rig, &mut random).frame(tip).origin.value()).collect();
+        for (i, target) in targets.iter().enumerate() {
+            motion.add(10.0, When::At(0.5 * (i as f64 + 1.0)), Position::new(tip, *target)).unwrap();
+        }
+        let options = SolverOptions {
+            search: Search::Global { max_restarts: 20 },
+            max_iterations: 60,
+            ..Default::default()
+        };
+        let planned = plan(options, &motion, &start);
+        let poses = planned.clip.poses();
+        let same =
+            |a: &Pose, b: &Pose| a.coords().iter().zip(b.coords()).all(|(a, b)| a.to_bits() == b.to_bits());
+        assert!(same(&poses[0], &start) && same(&poses[40], &end), "what is given stays");
+        assert!(poses.iter().all(|p| p.limit_violation() < 1e-9 && p.is_valid()));
+        for (i, target) in targets.iter().enumerate() {
+            let distance = place(&poses[10 * (i + 1)], tip).distance(*target);
+            assert!((distance - planned.report.terms[i].residual).abs() < 1e-9);
+            assert_eq!(planned.report.terms[i].satisfied, distance <= 1e-3);
+        }
+        assert_eq!(planned.report.success, planned.report.terms.iter().all(|t| t.satisfied));
+    }
+}
+
+#[test]
+fn targets_that_move_are_followed() {
+    let (rig, hand) = arm(120.0);
+    let at = |secs: f64| DVec3::new(0.5, 0.3 * (3.0 * secs).sin(), 0.3 * (3.0 * secs).cos());
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    motion.set_smoothness([1e-6, 1e-6, 1e-6]).unwrap();
+    motion.add_moving(1.0, When::Throughout, |secs| Position::new(hand, at(secs))).unwrap();
+    let mut start = rig.rest_pose();
+    start.coords_mut().iter_mut().for_each(|c| *c += 0.1);
+    let planned = plan(SolverOptions::default(), &motion, &start);
+    assert!(planned.report.success, "{:?}", planned.report.terms);
+    for (secs, pose) in planned.clip.times().iter().zip(planned.clip.poses()) {
+        assert!(place(pose, hand).distance(at(*secs)) <= 1.001e-3);
+    }
+}
+
+#[test]
+fn a_motion_goes_on_from_its_history_without_a_kick() {
+    let (rig, hand) = arm(120.0);
+    // The first joint has been turning at a constant speed.
+    let history: Vec<Pose> = (0..4)
+        .map(|t| {
+            let mut pose = rig.rest_pose();
+            pose.set_euler(JointId::from_index(0), [0.0, 0.0, 0.05 * f64::from(t)]).unwrap();
+            pose
+        })
+        .collect();
+    let jump = |poses: &[Pose]| {
+        let z = |p: &Pose| p.euler(JointId::from_index(0)).unwrap()[2];
+        (z(&poses[4]) - 2.0 * z(&poses[3]) + z(&poses[2])).abs()
+    };
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 20.0).unwrap());
+    motion.set_smoothness([0.0, 0.001, 0.01]).unwrap();
+    motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, -0.5, 0.2))).unwrap();
+    motion.fix_history(&history).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &history[3]);
+    assert!(planned.report.success);
+    assert_eq!(planned.clip.poses()[..4], history[..]);
+    let kick = jump(planned.clip.poses());
+    let mut forgetful = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(0.85, 20.0).unwrap());
+    forgetful.set_smoothness([0.0, 0.001, 0.01]).unwrap();
+    forgetful.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, -0.5, 0.2))).unwrap();
+    forgetful.fix_start(&history[3]).unwrap();
+    let other = plan(SolverOptions::default(), &forgetful, &history[3]);
+    let joined: Vec<Pose> = history[..3].iter().chain(other.clip.poses()).cloned().collect();
+    assert!(kick < 0.3 * jump(&joined), "{kick} against {}", jump(&joined));
+}
+
+#[test]
+fn a_warm_plan_takes_fewer_iterations_and_repeats_itself() {
+    let (rig, hand) = arm(120.0);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let reach = motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.3, 0.5, 0.3))).unwrap();
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    let solver = Solver::new(SolverOptions::default());
+    let mut workspace = MotionWorkspace::default();
+    let mut start = rig.rest_pose();
+    start.coords_mut().iter_mut().for_each(|c| *c += 0.02);
+    let cold = solver.plan(&motion, &still(&start), &mut workspace);
+    let again = solver.plan(&motion, &still(&start), &mut MotionWorkspace::default());
+    assert_eq!(cold.report, again.report);
+    assert_eq!(cold.clip, again.clip);
+    motion[reach].target += DVec3::splat(0.01);
+    let warm = solver.plan(&motion, &cold.clip, &mut workspace);
+    let cold = solver.plan(&motion, &still(&start), &mut workspace);
+    assert!(warm.report.success && warm.report.iterations < cold.report.iterations);
+    assert!((warm.report.cost - cold.report.cost).abs() < 1e-6 * cold.report.cost);
+}
+
+#[test]
+fn what_cannot_be_planned_says_why() {
+    let (rig, hand) = arm(90.0);
+    let (other, _) = arm(80.0);
+    let rest = rig.rest_pose();
+    let timeline = Timeline::seconds(1.0, 10.0).unwrap();
+    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+    let reach = Position::new(hand, DVec3::new(0.2, 0.3, 0.4));
+    for secs in [-0.1, 1.2, f64::NAN] {
+        let refused = motion.add(1.0, When::At(secs), reach).map(|_| ());
+        assert!(matches!(refused, Err(MotionError::Timeline(TimelineError::Time { .. }))), "{secs}");
+    }
+    let backwards = motion.add(1.0, When::Span { from: 0.5, to: 0.2 }, reach).map(|_| ());
+    assert!(matches!(backwards, Err(MotionError::Timeline(TimelineError::Span { .. }))));
+    assert_eq!(motion.set_smoothness([1.0, -1.0, 0.0]), Err(MotionError::Smoothness([1.0, -1.0, 0.0])));
+    assert!(motion.set_smoothness([f64::NAN; 3]).is_err());
+    assert_eq!(motion.fix_start(&other.rest_pose()), Err(MotionError::OtherRig));
+    let mut broken = rest.clone();
+    broken.coords_mut()[0] = f64::NAN;
+    assert_eq!(motion.fix_start(&broken), Err(MotionError::Pose));
+    let all = vec![rest.clone(); 11];
+    assert!(matches!(motion.fix_history(&all), Err(MotionError::GivenFrames { given: 11, .. })));
+    motion.fix_history(&all[..10]).unwrap();
+    let message = motion.fix_end(Some(&rest)).unwrap_err().to_string();
+    assert!(message.contains("11 in all, 10 of them"), "{message}");
+    motion.fix_start(&rest).unwrap();
+
+    let id = motion.add(1.0, When::End, reach).unwrap();
+    let look = motion.add_moving(1.0, When::Throughout, |secs| {
+        LookAt::new(if secs < 0.5 { hand } else { JointId::from_index(1) }, DVec3::X, DVec3::Y)
+    });
+    assert!(matches!(look, Err(MotionError::Changes(secs)) if (secs - 0.5).abs() < 1e-9));
+    motion[id].target = DVec3::NAN;
+    let planned = plan(SolverOptions::default(), &motion, &rest);
+    assert!(matches!(planned.report.invalid, Some(Invalid::Term(0, _))));
+    assert_eq!(planned.report.stop, StopReason::InvalidInput);
+    motion[id].target = DVec3::ONE;
+    let planned = plan(SolverOptions { method: Method::Ccd, ..Default::default() }, &motion, &rest);
+    assert!(matches!(planned.report.invalid, Some(Invalid::Options(_))));
+    let planned = plan(SolverOptions::default(), &motion, &other.rest_pose());
+    assert!(matches!(planned.report.invalid, Some(Invalid::Pose(_))));
+    // Out of reach: the best motion, and which term failed when.
+    motion[id].target = DVec3::new(3.0, 0.0, 0.1);
+    let planned = plan(SolverOptions { max_iterations: 100, ..Default::default() }, &motion, &rest);
+    let term = planned.report.terms[0];
+    assert!(!planned.report.success && !term.satisfied && term.worst_secs == 1.0 && term.residual > 1.9);
+}
+
+#[test]
+fn rotations_of_balls_and_a_free_root_go_the_short_way() {
+    let mut builder = RigBuilder::new();
+    let mut root = Joint::new("root", None);
+    root.motion = Motion::FREE;
+    let root = builder.add(root);
+    let rig = builder.build().unwrap();
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 2.5);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(8).unwrap());
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    motion.add(10.0, When::End, Orientation { joint: root, target: turn, loss: Loss::Squared }).unwrap();
+    motion.add(10.0, When::End, Position::new(root, DVec3::new(1.0, -2.0, 0.5))).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &rig.rest_pose());
+    assert!(planned.report.success, "{:?}", planned.report);
+    let poses = planned.clip.poses();
+    for (t, pose) in poses.iter().enumerate() {
+        let part = t as f64 / 9.0;
+        let angle = pose.rotation(root).angle_between(DQuat::IDENTITY.slerp(turn, part));
+        let way = pose.translation(root).distance(DVec3::new(1.0, -2.0, 0.5) * part);
+        assert!(angle < 0.01 && way < 0.01, "frame {t}: {angle} rad, {way} m off the straight way");
+    }
+}
