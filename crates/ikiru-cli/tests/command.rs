@@ -237,6 +237,65 @@ fn a_motion_goes_from_format_to_format_and_onto_a_character() {
 }
 
 #[test]
+fn a_motion_becomes_a_table_or_lists_at_any_rate() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let data = |name: &str| format!("{}/../ikiru-formats/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    let walk = data("mocap/cmu_01_01_30fps.bvh");
+    let convert = |input: &str, output: &str, more: &[&str]| {
+        let run = Command::new(env!("CARGO_BIN_EXE_ikiru"))
+            .args([&["convert", input, output], more].concat())
+            .output()
+            .unwrap();
+        (run.status.code(), String::from_utf8(run.stderr).unwrap())
+    };
+    let clip = &ikiru_formats::read(&walk).unwrap().clips[0];
+    let frames = clip.times().len();
+    assert_eq!(convert(&walk, &at("walk.csv"), &[]).0, Some(0));
+    let table = std::fs::read_to_string(at("walk.csv")).unwrap();
+    assert!(table.starts_with("time_secs,root_translation.x,root_translation.y,root_translation.z,"));
+    assert_eq!(table.lines().count(), frames + 1);
+    // Half as many, evenly, from the first to the last.
+    assert_eq!(convert(&walk, &at("slow.csv"), &["--rate", "15"]).0, Some(0));
+    let slow = std::fs::read_to_string(at("slow.csv")).unwrap();
+    let n_steps = (clip.duration_secs() * 15.0).round();
+    assert_eq!(slow.lines().count(), n_steps as usize + 2);
+    assert_eq!(slow.lines().nth(1), table.lines().nth(1));
+    assert_eq!(slow.lines().last(), table.lines().last());
+
+    // As lists it comes back as the same motion of the same rig.
+    let rig = clip.rig();
+    assert_eq!(convert(&walk, &at("walk.json"), &[]).0, Some(0));
+    let text = std::fs::read(at("walk.json")).unwrap();
+    let again = ikiru_formats::read_motion_json(&text, "walk.json", rig).unwrap();
+    assert_eq!(again.times(), clip.times());
+    for (a, b) in again.poses().iter().zip(clip.poses()).step_by(100) {
+        assert!(a.difference(b).unwrap().iter().all(|d| d.abs() < 1e-9));
+    }
+    let run = convert(&walk, &at("human.json"), &["--onto", "builtin:human", "--rate", "10"]);
+    assert_eq!(run.0, Some(0), "{}", run.1);
+    let json: Value = serde_json::from_slice(&std::fs::read(at("human.json")).unwrap()).unwrap();
+    let n = (clip.duration_secs() * 10.0).round() as usize + 1;
+    for list in [&json["times"], &json["root_translation"], &json["joints"]["hand_l"]] {
+        assert_eq!(list.as_array().unwrap().len(), n);
+    }
+
+    // What cannot be is told.
+    for (output, more, word) in [
+        ("rest.csv", &[][..], "has no motion, and a .csv file is one"),
+        ("rest.json", &[], "has no motion, and a .json file is one"),
+        ("rest.bvh", &["--rate", "30"], "has no motion, and --rate is for one"),
+        ("rest.txt", &[], "expected .glb, .bvh, .vrma, .json or .csv"),
+        ("rest.csv", &["--rate", "0"], "expected frames a second above 0"),
+        ("rest.csv", &["--rate", "NaN"], "expected frames a second above 0"),
+    ] {
+        let (code, said) = convert("builtin:human", &at(output), more);
+        assert_eq!(code, Some(2), "{output} {more:?}");
+        assert!(said.contains(word), "{output} {more:?}: {said}");
+    }
+}
+
+#[test]
 fn roles_of_a_file_count_more() {
     let folder = tempfile::tempdir().unwrap();
     let roles = folder.path().join("roles.toml");

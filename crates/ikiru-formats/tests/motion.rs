@@ -4,9 +4,13 @@
 use glam::{DQuat, DVec3};
 use ikiru_formats::{ErrorKind, Place, motion_csv, motion_json, read_motion_json};
 use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Mimic, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_testkit::allocations::{Counting, peak};
 use ikiru_testkit::rigs::{Random, random_pose, rigs};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 fn random_clip(rig: &Rig, n: usize, seed: u64) -> Clip {
     let mut random = Random::new(seed);
@@ -347,6 +351,30 @@ fn what_is_no_json_and_what_is_too_much_is_refused() {
     let text = json!({ "times": times, "root_translation": [], "joints": {} }).to_string();
     let error = read_motion_json(text.as_bytes(), "x.json", &human).unwrap_err();
     assert!(matches!(error.kind(), ErrorKind::LongMotion { frames: 60_000, .. }), "{error}");
+}
+
+#[test]
+fn memory_is_bounded_by_the_size_of_the_text() {
+    let rig = sample();
+    let many = |n: usize, entry: &dyn Fn(usize) -> String| -> String {
+        (0..n).map(entry).collect::<Vec<_>>().join(",")
+    };
+    let document = |times: &str, joints: &str, angles: &str| {
+        format!(r#"{{"times":[{times}],"root_translation":[],"joints":{{{joints}}},"angles":{{{angles}}}}}"#)
+    };
+    for text in [
+        document(&many(8_000_000, &|_| "0".to_owned()), "", ""),
+        document(&many(2_000_000, &|i| i.to_string()), "", ""),
+        document("0", &format!("\"ball\":[{}]", many(2_000_000, &|_| "[0,0,0,1]".to_owned())), ""),
+        document("0", &many(900_000, &|_| "\"\":[]".to_owned()), ""),
+        document("0", &many(900_000, &|_| "\"\":[[0,0,0,1]]".to_owned()), ""),
+        document("0", "", &many(900_000, &|_| "\"\":{}".to_owned())),
+    ] {
+        let mut result = None;
+        let found = peak(|| result = Some(read_motion_json(text.as_bytes(), "x.json", &rig)));
+        assert!(found <= (64 << 20) + 8 * text.len(), "{found} bytes for a text of {}", text.len());
+        assert!(result.unwrap().is_err());
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::marker::PhantomData;
 
+use ikiru_rig::RigBuilder;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
@@ -70,6 +71,10 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
                 let mut members = Vec::new();
                 while let Some(member) = map.next_entry()? {
+                    // A few bytes of text would become a hundred in memory, and no rig has more joints.
+                    if members.len() == RigBuilder::MOST_JOINTS {
+                        return Err(A::Error::invalid_length(members.len() + 1, &self));
+                    }
                     members.push(member);
                 }
                 Ok(Named(members))
@@ -95,7 +100,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for List<T> {
                 while let Some(entry) = seq.next_element()? {
                     if list.len() == list.capacity() {
                         // Doubling would hold three times the list while it moves.
-                        list.reserve_exact(64 + list.len() / 16);
+                        list.reserve_exact((list.len() / 16).max(4));
                     }
                     list.push(entry);
                 }
