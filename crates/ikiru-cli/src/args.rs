@@ -55,6 +55,7 @@ pub(crate) enum BenchCommand {
 Examples:
   ikiru bench paper                                   both tasks, all methods, five runs
   ikiru bench paper --objective simple --methods lm,ccd --runs 1
+  ikiru bench paper --points 5,10                     trajectories instead of poses
   ikiru bench paper --out results                     tables, rows and figures as files
   ikiru bench paper --sample 100000 --seed 1 --out results   targets made anew by the paper's protocol
 
@@ -79,6 +80,10 @@ pub(crate) struct PaperArgs {
     /// Which task: simple or combined; both by default
     #[arg(long, value_name = "NAME")]
     pub(crate) objective: Option<String>,
+    /// How many points lie between the first and the last frame of a trajectory; 0 for single poses (5,10: the paper's
+    /// tables 3 and 4)
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0", conflicts_with = "sample")]
+    pub(crate) points: Vec<usize>,
     /// Most restarts of lm
     #[arg(long, value_name = "N", default_value_t = 400)]
     pub(crate) restarts: usize,

@@ -68,6 +68,15 @@ pub enum Error {
         /// A number that should be enough.
         advice: usize,
     },
+    /// A trajectory that cannot be.
+    #[error(transparent)]
+    Motion(ikiru_solve::MotionError),
+    /// A method that knows poses alone.
+    #[error("method '{0}' plans no trajectories: expected lm, lm-local or adam")]
+    Contender(&'static str),
+    /// A task that is not as it ships.
+    #[error("the task cannot be run: {0}")]
+    Task(&'static str),
     /// A name that nothing has.
     #[error("there is no {what} '{name}': expected one of {known}")]
     Unknown {

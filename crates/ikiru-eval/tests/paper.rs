@@ -3,7 +3,8 @@
 
 use glam::{DMat4, DVec3};
 use ikiru_eval::paper::{
-    CONTENDERS, Contender, N_TARGETS, Report, Row, Settings, TargetSet, Task, csv, run, sample, write_figures,
+    Angles, CONTENDERS, Contender, N_TARGETS, Report, Row, Settings, TargetSet, Task, csv, run,
+    run_trajectories, sample, write_figures,
 };
 use ikiru_testkit::reference::world_matrices;
 
@@ -27,13 +28,30 @@ fn posed(row: &Row) -> impl Fn(&str) -> DMat4 {
     let rig = Task::Simple.scenario(None).unwrap().rig;
     let mut pose = rig.rest_pose();
     let joints = ["left_collar", "left_shoulder", "left_elbow", "left_wrist"];
-    assert_eq!(row.angles.len(), 12);
-    for (name, angles) in joints.iter().zip(row.angles.as_chunks::<3>().0) {
+    assert_eq!(row.angles.last().len(), 12);
+    for (name, angles) in joints.iter().zip(row.angles.last().as_chunks::<3>().0) {
         pose.set_euler(rig.joint(name).unwrap(), *angles).unwrap();
     }
     assert_eq!(pose.limit_violation(), 0.0);
     let world = world_matrices(&pose);
     move |name| world[rig.joint(name).unwrap().index()]
+}
+
+/// The paper's J of a row's pose (its last one), written out once more from its equations with matrices alone.
+fn cost_of_pose(row: &Row, task: Task) -> f64 {
+    let of = posed(row);
+    let mut cost = of("left_index3_look").w_axis.truncate().distance(DVec3::from(row.target));
+    if task == Task::Combined {
+        for (joint, length, offset, weight) in [
+            ("left_wrist", 0.0915, DVec3::Y, 0.1 / 3.0),
+            ("left_index3_look", 0.1, DVec3::Z, 0.1 / 3.0),
+            ("left_shoulder", 0.261, DVec3::NEG_Z, 0.0002 / 3.0),
+        ] {
+            let bone = of(joint).transform_vector3(DVec3::Y) * length;
+            cost += weight * bone.angle_between(bone + offset).powi(2);
+        }
+    }
+    cost
 }
 
 #[test]
@@ -44,20 +62,9 @@ fn costs_of_rows_are_the_papers() {
         let rows = rows(task, &set, CONTENDERS, &settings);
         assert_eq!(rows.len(), 2 * 27 * CONTENDERS.len());
         for row in &rows {
-            let of = posed(row);
             let target = DVec3::from(row.target);
             assert!(set.points[3..].contains(&target) && row.points == 0 && row.objective == task.name());
-            let mut cost = of("left_index3_look").w_axis.truncate().distance(target);
-            if task == Task::Combined {
-                for (joint, length, offset, weight) in [
-                    ("left_wrist", 0.0915, DVec3::Y, 0.1 / 3.0),
-                    ("left_index3_look", 0.1, DVec3::Z, 0.1 / 3.0),
-                    ("left_shoulder", 0.261, DVec3::NEG_Z, 0.0002 / 3.0),
-                ] {
-                    let bone = of(joint).transform_vector3(DVec3::Y) * length;
-                    cost += weight * bone.angle_between(bone + offset).powi(2);
-                }
-            }
+            let cost = cost_of_pose(row, task);
             assert!((cost - row.cost).abs() < 1e-7, "{}: {cost} is not {}", row.method, row.cost);
             assert_eq!(row.success, row.cost < 0.005);
             assert!(row.time_us > 0.0 && row.iterations <= 500 * 401);
@@ -68,6 +75,40 @@ fn costs_of_rows_are_the_papers() {
         assert!(first.iter().zip(second).all(|(a, b)| same(a, b) && (a.run, b.run) == (0, 1)));
         assert!(rows.iter().filter(|r| r.method == "lm").all(|r| r.success));
     }
+}
+
+#[test]
+fn costs_of_trajectories_are_those_of_equation_26() {
+    let settings = Settings { runs: 1, warmup: 2, ..Settings::default() };
+    let planners: Vec<Contender> = CONTENDERS.iter().filter(|c| c.plans()).copied().collect();
+    for (task, points) in [(Task::Simple, 5), (Task::Combined, 10)] {
+        let mut set = TargetSet::of_points(points).unwrap();
+        set.points.truncate(12);
+        let mut n_done = 0;
+        let rows = run_trajectories(task, points, &set, &planners, &settings, || n_done += 1).unwrap();
+        assert_eq!((rows.len(), n_done), (10 * planners.len(), 12 * planners.len()));
+        for row in &rows {
+            let Angles::Frames(frames) = &row.angles else { panic!("a trajectory has frames") };
+            assert_eq!(frames.len(), points + 2);
+            assert!(frames[0].iter().all(|a| *a == 0.0), "the first frame is held at the rest pose");
+            let mut cost = cost_of_pose(row, task);
+            let mut differences = frames.clone();
+            for _ in 0..3 {
+                differences = differences
+                    .windows(2)
+                    .map(|w| w[1].iter().zip(&w[0]).map(|(a, b)| a - b).collect())
+                    .collect();
+                cost += 0.001 * differences.iter().flatten().map(|d| d * d).sum::<f64>();
+            }
+            assert!((cost - row.cost).abs() < 1e-7, "{}: {cost} is not {}", row.method, row.cost);
+            assert_eq!(row.success, row.cost < 0.005);
+        }
+        assert!(rows.iter().filter(|r| r.method == "lm").all(|r| r.success));
+    }
+    let ccd = [Contender::from_name("ccd").unwrap()];
+    let set = TargetSet::of_points(5).unwrap();
+    let refused = run_trajectories(Task::Simple, 5, &set, &ccd, &settings, || {}).unwrap_err().to_string();
+    assert!(refused.contains("'ccd' plans no trajectories"), "{refused}");
 }
 
 #[test]

@@ -18,8 +18,11 @@ use crate::output;
 /// What is measured together: a task on a set of targets.
 struct Part {
     task: Task,
+    /// Points of a trajectory; 0 for poses.
+    points: usize,
     scenario: Scenario,
     set: TargetSet,
+    contenders: Vec<Contender>,
     /// Whether it is the set that the paper does not have.
     is_beside: bool,
 }
@@ -30,13 +33,17 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
     if let Some(folder) = &args.out {
         make_folder(folder)?;
     }
-    let mut parts = parts(args)?;
-    let n_solves: usize = parts.iter().map(|p| p.set.points.len() * contenders.len() * settings.runs).sum();
+    let mut parts = parts(args, &contenders)?;
+    let n_solves: usize = parts.iter().map(|p| p.set.points.len() * p.contenders.len() * settings.runs).sum();
     let bar = progress(n_solves, "solving");
     let mut all: Vec<Vec<Row>> = Vec::new();
     for part in &mut parts {
         let done = || bar.inc(1);
-        let rows = paper::run(part.task, &mut part.scenario, &part.set, &contenders, &settings, done);
+        let rows = if part.points == 0 {
+            paper::run(part.task, &mut part.scenario, &part.set, &part.contenders, &settings, done)
+        } else {
+            paper::run_trajectories(part.task, part.points, &part.set, &part.contenders, &settings, done)
+        };
         all.push(rows.map_err(Failure::input)?);
     }
     bar.finish_and_clear();
@@ -55,13 +62,14 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
         let csv = paper::csv(&all.concat()).map_err(Failure::write)?;
         output::write(&folder.join("results.csv"), &csv)?;
         output::write(&folder.join("results.md"), markdown.as_bytes())?;
-        for (part, rows) in parts.iter_mut().zip(&all).filter(|(part, _)| !part.is_beside) {
+        let poses = |part: &Part| part.points == 0 && !part.is_beside;
+        for (part, rows) in parts.iter_mut().zip(&all).filter(|(part, _)| poses(part)) {
             if args.sample.is_some() {
                 let name = format!("targets_{}.json", part.task.name());
                 output::write(&folder.join(name), part.set.to_json().as_bytes())?;
             }
-            paper::write_figures(part.task, &mut part.scenario, &part.set, &contenders, rows, folder)
-                .map_err(Failure::write)?;
+            let Part { task, scenario, set, contenders, .. } = part;
+            paper::write_figures(*task, scenario, set, contenders, rows, folder).map_err(Failure::write)?;
         }
         output::print(&format!("wrote {}\n", output::printable(&folder.display().to_string())))?;
     }
@@ -75,14 +83,20 @@ fn contenders(names: &[String]) -> Result<Vec<Contender>, Failure> {
     names.iter().map(|name| Contender::from_name(name.trim()).map_err(Failure::input)).collect()
 }
 
-fn parts(args: &PaperArgs) -> Result<Vec<Part>, Failure> {
+fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<Part>, Failure> {
     let tasks = match &args.objective {
         Some(name) => vec![Task::from_name(name).map_err(Failure::input)?],
         None => Task::ALL.to_vec(),
     };
     let given = args.targets.as_deref().map(TargetSet::read).transpose().map_err(Failure::input)?;
+    let planners: Vec<Contender> = contenders.iter().filter(|c| c.plans()).copied().collect();
+    if args.points.iter().any(|p| *p > 0) && planners.is_empty() {
+        return Err(Failure::input(anyhow!(
+            "none of the methods plans trajectories: expected lm, lm-local or adam"
+        )));
+    }
     let mut parts = Vec::new();
-    for task in tasks {
+    for (task, &points) in tasks.into_iter().flat_map(|task| args.points.iter().map(move |p| (task, p))) {
         let mut scenario = task.scenario(args.rig.as_deref()).map_err(Failure::input)?;
         let set = match (&given, args.sample) {
             (Some(set), _) => set.clone(),
@@ -92,14 +106,16 @@ fn parts(args: &PaperArgs) -> Result<Vec<Part>, Failure> {
                 bar.finish_and_clear();
                 set.map_err(Failure::input)?
             }
+            (None, None) if points > 0 => TargetSet::of_points(points).map_err(Failure::input)?,
             (None, None) => TargetSet::of_task(task).map_err(Failure::input)?,
         };
-        parts.push(Part { task, scenario, set, is_beside: false });
-        let is_simple = task == Task::Simple && given.is_none() && args.sample.is_none();
-        if is_simple && args.rig.is_none() {
+        let is_alone = points > 0 || given.is_some() || args.sample.is_some() || args.rig.is_some();
+        let contenders = if points > 0 { planners.clone() } else { contenders.to_vec() };
+        parts.push(Part { task, points, scenario, set, contenders: contenders.clone(), is_beside: false });
+        if task == Task::Simple && !is_alone {
             let scenario = task.scenario(None).map_err(Failure::input)?;
             let set = TargetSet::builtin("reachable").map_err(Failure::input)?;
-            parts.push(Part { task, scenario, set, is_beside: true });
+            parts.push(Part { task, points, scenario, set, contenders, is_beside: true });
         }
     }
     Ok(parts)

@@ -68,9 +68,9 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     for path in written {
         let line = format!("wrote {}", path.display());
         if args.json {
-            output::note(line)
+            output::note(line);
         } else {
-            output::print(&format!("{}\n", output::printable(&line)))?
+            output::print(&format!("{}\n", output::printable(&line)))?;
         }
     }
     Ok(if report.success { Outcome::Reached } else { Outcome::BestEffort })

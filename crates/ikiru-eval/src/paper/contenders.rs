@@ -27,6 +27,17 @@ pub const CONTENDERS: &[Contender] = &[
 ];
 
 impl Contender {
+    /// Whether it starts again where a start fails.
+    pub(crate) fn has_restarts(&self) -> bool {
+        self.has_restarts
+    }
+
+    /// Whether it plans trajectories too.
+    #[must_use]
+    pub fn plans(&self) -> bool {
+        matches!(self.method, Method::Lm | Method::Adam(_))
+    }
+
     /// The contender of that name.
     ///
     /// # Errors

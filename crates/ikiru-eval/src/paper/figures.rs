@@ -36,7 +36,14 @@ pub fn write_figures(
     let title = |what: &str| format!("{what}, {} objective on {}", task.name(), set.name);
     let times = Times { title: title("Solving time"), methods: &methods };
     let success = Success { title: title("Success"), methods: &methods };
-    let curves = contenders.iter().map(|c| (c.name, curve(scenario, set, c))).collect();
+    // From one start `lm` is `lm-local`: one line for both.
+    let is_twin = |c: &&Contender| {
+        contenders
+            .iter()
+            .any(|other| other.name != c.name && other.options(0) == c.options(0) && c.has_restarts())
+    };
+    let curves =
+        contenders.iter().filter(|c| !is_twin(c)).map(|c| (c.name, curve(scenario, set, c))).collect();
     let costs = Costs { title: title("Cost over iterations, one start (median)"), curves };
     let stem = |what: &str| format!("{}_{what}", task.name());
     let mut written = Vec::new();
@@ -67,7 +74,7 @@ impl Method {
             name,
             times,
             success_percent: 100.0 * successes as f64 / rows.len().max(1) as f64,
-            paper: published(task, name).map(|p| (1e3 * p.time_ms.0, p.success_percent.0)),
+            paper: published(task, 0, name).map(|p| (1e3 * p.time_ms.0, p.success_percent.0)),
         }
     }
 }
@@ -156,7 +163,7 @@ impl Figure for Times<'_> {
             }
         }
         let note = "box: half of all solves, line: 90 %, x: mean of the paper's counterpart on its machine";
-        area.draw_text(note, &(FONT, 13).into_text_style(area), (80, 396))
+        area.draw_text(note, &(FONT, 13).into_text_style(area), (80, 400))
     }
 }
 
@@ -232,7 +239,7 @@ impl Figure for Costs {
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        let least = 1e-5;
+        let least = 1e-4;
         let costs = self.curves.iter().flat_map(|c| &c.1).map(|p| p.1);
         let most = costs.fold(0.1, f64::max) * 1.5;
         let mut chart = ChartBuilder::on(area)

@@ -13,7 +13,7 @@ mod task;
 pub use contenders::{CONTENDERS, Contender};
 pub use figures::write_figures;
 pub use report::{Report, csv};
-pub use run::{Row, Settings, run};
+pub use run::{Angles, Row, Settings, run, run_trajectories};
 pub use sample::{N_TARGETS, sample};
 pub use targets::TargetSet;
 pub use task::Task;

@@ -25,8 +25,10 @@ impl Report {
             }
         }
         let set = rows.first().map_or("", |r| &r.set);
+        let points = rows.first().map_or(0, |r| r.points);
         let runs = rows.iter().map(|r| r.run + 1).max().unwrap_or(0);
         let targets = rows.len() / (methods.len() * runs).max(1);
+        let along = if points > 0 { format!(", trajectories of {points} points") } else { String::new() };
         let is_filtered = set != "reachable";
         let header = [
             "method",
@@ -43,11 +45,11 @@ impl Report {
         ];
         let lines = methods.iter().map(|method| {
             let rows: Vec<&Row> = rows.iter().filter(|r| r.method == *method).collect();
-            line(method, &rows, published(task, method).filter(|_| is_filtered))
+            line(method, &rows, published(task, points, method).filter(|_| is_filtered))
         });
         let n_shown = if is_filtered { header.len() } else { 6 };
         Self {
-            title: format!("{} objective, {set}: {targets} targets, {runs} runs", task.name()),
+            title: format!("{} objective{along}, {set}: {targets} targets, {runs} runs", task.name()),
             texts: Texts {
                 header: header[..n_shown].iter().map(ToString::to_string).collect(),
                 rows: lines.map(|mut line| line.drain(..n_shown).collect()).collect(),
@@ -84,7 +86,7 @@ fn line(method: &str, rows: &[&Row], paper: Option<&Published>) -> Vec<String> {
         spread(each.mean, each.deviation),
         percent(successes, rows.len()),
     ];
-    let of = |value: Spread| spread(value.0, value.1);
+    let of = |value: Spread| if value.0.is_nan() { String::new() } else { spread(value.0, value.1) };
     cells.extend(paper.map_or_else(
         || vec![String::new(); 5],
         |p| {
@@ -100,14 +102,14 @@ fn line(method: &str, rows: &[&Row], paper: Option<&Published>) -> Vec<String> {
     cells
 }
 
-/// Rows as CSV, with the set of each; angles in columns of their own.
+/// Rows as CSV, with the set of each; the angles (of a trajectory's last frame) in columns of their own.
 ///
 /// # Errors
 /// None for rows that [`run`](crate::paper::run) made.
 pub fn csv(rows: &[Row]) -> Result<Vec<u8>, Error> {
     let write = || -> Result<Vec<u8>, csv::Error> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let n_angles = rows.first().map_or(0, |r| r.angles.len());
+        let n_angles = rows.first().map_or(0, |r| r.angles.last().len());
         let mut header: Vec<String> = [
             "set",
             "method",
@@ -141,7 +143,7 @@ pub fn csv(rows: &[Row]) -> Result<Vec<u8>, Error> {
                 r.iterations.to_string(),
                 r.time_us.to_string(),
             ]);
-            record.extend(r.angles.iter().map(ToString::to_string));
+            record.extend(r.angles.last().iter().map(ToString::to_string));
             writer.write_record(&record)?;
         }
         writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))

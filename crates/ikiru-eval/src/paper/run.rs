@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use ikiru_scenario::Scenario;
-use ikiru_solve::Solver;
+use ikiru_rig::{Clip, JointId, Pose};
+use ikiru_scenario::{Scenario, TermHandle};
+use ikiru_solve::{MotionProblem, MotionWorkspace, Solver, Timeline};
 use serde::Serialize;
 
 use crate::error::Error;
@@ -29,6 +30,27 @@ impl Default for Settings {
     }
 }
 
+/// Collar, shoulder, elbow, wrist, each about x, y, z, radians.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Angles {
+    /// Of a pose.
+    Pose(Vec<f64>),
+    /// Of each frame of a trajectory.
+    Frames(Vec<Vec<f64>>),
+}
+
+impl Angles {
+    /// The angles of the pose, or of a trajectory's last frame.
+    #[must_use]
+    pub fn last(&self) -> &[f64] {
+        match self {
+            Self::Pose(angles) => angles,
+            Self::Frames(frames) => frames.last().map_or(&[], |f| f),
+        }
+    }
+}
+
 /// One solve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
@@ -50,8 +72,8 @@ pub struct Row {
     pub iterations: usize,
     /// The solve alone, microseconds.
     pub time_us: f64,
-    /// The pose: collar, shoulder, elbow, wrist, each about x, y, z, radians.
-    pub angles: Vec<f64>,
+    /// The pose, or all frames of the trajectory.
+    pub angles: Angles,
     /// The set that the target is from.
     #[serde(skip)]
     pub set: String,
@@ -69,11 +91,7 @@ pub fn run(
     settings: &Settings,
     mut done: impl FnMut(),
 ) -> Result<Vec<Row>, Error> {
-    let n_measured = set.points.len().saturating_sub(settings.warmup);
-    if n_measured == 0 {
-        let (found, warmup) = (set.points.len(), settings.warmup);
-        return Err(Error::TooFewTargets { name: set.name.clone(), found, warmup });
-    }
+    let n_measured = measured(set, settings)?;
     let mut rows = Vec::with_capacity(settings.runs * contenders.len() * n_measured);
     for run in 0..settings.runs {
         for contender in contenders {
@@ -91,8 +109,7 @@ pub fn run(
                 if idx < settings.warmup {
                     continue;
                 }
-                let angles =
-                    scenario.active.iter().flat_map(|j| &pose.coords()[scenario.rig.coords_of(*j)]).copied();
+                let angles = Angles::Pose(angles_of(&scenario.active, &pose));
                 rows.push(Row {
                     method: contender.name,
                     objective: task.name(),
@@ -103,13 +120,90 @@ pub fn run(
                     cost,
                     iterations,
                     time_us: time.as_secs_f64() * 1e6,
-                    angles: angles.collect(),
+                    angles,
                     set: set.name.clone(),
                 });
             }
         }
     }
     Ok(rows)
+}
+
+fn angles_of(joints: &[JointId], pose: &Pose) -> Vec<f64> {
+    joints.iter().flat_map(|j| &pose.coords()[pose.rig().coords_of(*j)]).copied().collect()
+}
+
+/// The same for trajectories (the paper's tables 3 and 4): `points` between the first frame, which is held at the rest pose, and the
+/// last, at which the objectives hold; smoothness of orders 1 to 3 with the authors' weight of 0.001 each. Every
+/// plan starts from standing still.
+///
+/// # Errors
+/// A set without a target behind the warm-up, methods that know poses alone, or too many points.
+pub fn run_trajectories(
+    task: Task,
+    points: usize,
+    set: &TargetSet,
+    contenders: &[Contender],
+    settings: &Settings,
+    mut done: impl FnMut(),
+) -> Result<Vec<Row>, Error> {
+    let n_measured = measured(set, settings)?;
+    let scenario = task.scenario(None)?;
+    let (start, active) = (scenario.start.clone(), scenario.active.clone());
+    let reach = match scenario.objectives.first().map(|o| o.term) {
+        Some(TermHandle::Position(id)) => id,
+        _ => return Err(Error::Task("its first objective is not a position")),
+    };
+    let timeline = Timeline::points(points).map_err(|e| Error::Motion(e.into()))?;
+    let mut motion = MotionProblem::from_problem(scenario.problem, timeline, &[]).map_err(Error::Motion)?;
+    motion.fix_start(&start).map_err(Error::Motion)?;
+    let still = Clip::new("still", vec![0.0], vec![start]).map_err(|_| Error::Task("it has no start"))?;
+    let mut rows = Vec::with_capacity(settings.runs * contenders.len() * n_measured);
+    for run in 0..settings.runs {
+        for contender in contenders {
+            let solver = Solver::new(contender.options(settings.restarts));
+            let mut workspace = MotionWorkspace::default();
+            for (idx, &target) in set.points.iter().enumerate() {
+                motion[reach].target = target;
+                let begin = Instant::now();
+                let planned = solver.plan(&motion, &still, &mut workspace);
+                let time = begin.elapsed();
+                done();
+                if planned.report.invalid.is_some() {
+                    return Err(Error::Contender(contender.name));
+                }
+                if idx < settings.warmup {
+                    continue;
+                }
+                let frames = planned.clip.poses().iter().map(|pose| angles_of(&active, pose));
+                rows.push(Row {
+                    method: contender.name,
+                    objective: task.name(),
+                    points,
+                    run,
+                    target: target.to_array(),
+                    success: planned.report.success,
+                    cost: planned.report.cost,
+                    iterations: planned.report.iterations,
+                    time_us: time.as_secs_f64() * 1e6,
+                    angles: Angles::Frames(frames.collect()),
+                    set: set.name.clone(),
+                });
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// How many targets there are behind the warm-up.
+fn measured(set: &TargetSet, settings: &Settings) -> Result<usize, Error> {
+    match set.points.len().saturating_sub(settings.warmup) {
+        0 => {
+            let (found, warmup) = (set.points.len(), settings.warmup);
+            Err(Error::TooFewTargets { name: set.name.clone(), found, warmup })
+        }
+        n => Ok(n),
+    }
 }
 
 /// Moves the target of a task, which is its first objective.

@@ -16,10 +16,12 @@ pub struct TargetSet {
     pub points: Vec<DVec3>,
 }
 
-const BUILTINS: [(&str, &str); 3] = [
+const BUILTINS: [(&str, &str); 5] = [
     ("simple_box", include_str!("../../targets/simple_box.json")),
     ("combined_box", include_str!("../../targets/combined_box.json")),
     ("reachable", include_str!("../../targets/reachable.json")),
+    ("motion5", include_str!("../../targets/motion5.json")),
+    ("motion10", include_str!("../../targets/motion10.json")),
 ];
 
 impl TargetSet {
@@ -34,8 +36,17 @@ impl TargetSet {
         })
     }
 
-    /// `simple_box`, `combined_box`, or `reachable`: the honest set, forward kinematics of random poses, nothing
-    /// filtered.
+    /// The set for trajectories of so many points, for either task: targets for which one exists that meets the bar
+    /// with both objectives. `motion5` up to 5 points, `motion10` beyond.
+    ///
+    /// # Errors
+    /// None, unless the set that ships is damaged.
+    pub fn of_points(points: usize) -> Result<Self, Error> {
+        Self::builtin(if points <= 5 { "motion5" } else { "motion10" })
+    }
+
+    /// `simple_box`, `combined_box`, `motion5`, `motion10`, or `reachable`: the honest set, forward kinematics of
+    /// random poses, nothing filtered.
     ///
     /// # Errors
     /// An unknown name, which is answered with those that exist.
@@ -100,7 +111,7 @@ mod tests {
             assert!(error.contains("set.json") && error.contains(part), "{error}");
         }
         let error = TargetSet::builtin("box").unwrap_err().to_string();
-        assert!(error.contains("simple_box, combined_box, reachable"), "{error}");
+        assert!(error.contains("simple_box, combined_box, reachable, motion5, motion10"), "{error}");
         assert!(TargetSet::read(Path::new("/no/such")).unwrap_err().to_string().contains("/no/such"));
     }
 

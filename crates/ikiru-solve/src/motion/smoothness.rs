@@ -27,7 +27,7 @@ impl Smoothness {
     /// The cost of each order, at the coordinates of all frames (`n_frames × n_coords`).
     pub(crate) fn cost(&mut self, plan: &Plan, coords: &[f64]) -> [f64; 3] {
         let (n, nc) = (plan.n_dofs, plan.n_coords);
-        let n_frames = if n == 0 { 0 } else { self.first.len() / n };
+        let n_frames = self.first.len().checked_div(n).unwrap_or(0);
         let mut cost = [0.0; 3];
         for t in 0..n_frames.saturating_sub(1) {
             let (from, to) = (&coords[t * nc..(t + 1) * nc], &coords[(t + 1) * nc..(t + 2) * nc]);
@@ -58,7 +58,7 @@ impl Smoothness {
     /// Adds half the gradient by the tangents of all frames, as of the last [`cost`](Self::cost).
     pub(crate) fn add_half_gradient(&mut self, plan: &Plan, gradient: &mut [f64]) {
         let n = plan.n_dofs;
-        let n_frames = if n == 0 { 0 } else { self.first.len() / n };
+        let n_frames = self.first.len().checked_div(n).unwrap_or(0);
         if n_frames < 2 {
             return;
         }

@@ -1,0 +1,146 @@
+//! `ikiru plan`: motions that are written are judged by matrices made from what was written alone.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::{ikiru, ikiru_in};
+use glam::{DQuat, DVec3};
+use ikiru_formats::{read, read_motion_json};
+use ikiru_rig::{Clip, JointId, Rig};
+use ikiru_scenario::Scenario;
+use ikiru_testkit::reference::world_matrices;
+use serde_json::Value;
+
+const SCENARIOS: [&str; 3] = ["reach_palm_down", "three_points", "panda_arc"];
+
+fn path(name: &str) -> String {
+    format!("{}/../../scenarios/motion/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn place(clip: &Clip, joint: JointId, secs: f64) -> DVec3 {
+    let frame = clip.times().iter().position(|t| (t - secs).abs() < 1e-6).unwrap();
+    world_matrices(&clip.poses()[frame])[joint.index()].w_axis.truncate()
+}
+
+fn vector(value: &Value) -> DVec3 {
+    let numbers: Vec<f64> = value.as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect();
+    DVec3::from_slice(&numbers)
+}
+
+/// Every position objective of a report is met at its time, as matrices say.
+fn judge(report: &Value, clip: &Clip, rig: &Rig, world_from_targets: DQuat, within: f64) -> usize {
+    let positions = report["objectives"].as_array().unwrap().iter().filter(|o| o["kind"] == "position");
+    let mut n = 0;
+    for objective in positions {
+        let joint = rig.joint(objective["joint"].as_str().unwrap()).unwrap();
+        let found = place(clip, joint, objective["to"].as_f64().unwrap());
+        let distance = found.distance(world_from_targets * vector(&objective["target"]));
+        assert!(distance <= within, "{distance} m from {objective}");
+        n += 1;
+    }
+    n
+}
+
+#[test]
+fn motions_that_ship_reach_their_keys_on_three_rigs() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in SCENARIOS {
+        let run = ikiru_in(folder.path(), &["plan", &path(name), "--json", "--out", "motion.json"]);
+        assert_eq!(run.code, 0, "{name}: {}", run.stderr);
+        let report = run.json();
+        assert!(report["success"].as_bool().unwrap() && report["stop"] == "reached");
+        let scenario = Scenario::read(path(name)).unwrap();
+        let bytes = std::fs::read(folder.path().join("motion.json")).unwrap();
+        let clip = read_motion_json(&bytes, "motion.json", &scenario.rig).unwrap();
+        assert!(judge(&report, &clip, &scenario.rig, scenario.world_from_targets(), 1.001e-3) > 0);
+        let n_frames = report["times"].as_array().unwrap().len();
+        assert_eq!(clip.poses().len(), n_frames);
+        let joints = report["joints"].as_object().unwrap();
+        assert!(joints.values().all(|list| list.as_array().unwrap().len() == n_frames));
+        for pose in clip.poses() {
+            assert!(pose.limit_violation() < 1e-7, "{name}: {}", pose.limit_violation());
+        }
+        // It begins at the start, and ends at the end that is given.
+        let same = |a: &ikiru_rig::Pose, b: &ikiru_rig::Pose| {
+            let of = |joint: &JointId| scenario.rig.coords_of(*joint);
+            let near = |joint: &JointId| {
+                a.coords()[of(joint)].iter().zip(&b.coords()[of(joint)]).all(|(a, b)| (a - b).abs() < 1e-9)
+            };
+            scenario.active.iter().all(near)
+        };
+        assert!(same(&clip.poses()[0], &scenario.start), "{name}");
+        if let Some(end) = &scenario.motion.as_ref().unwrap().end {
+            assert!(same(clip.poses().last().unwrap(), end), "{name}");
+        }
+    }
+}
+
+#[test]
+fn exported_animations_are_the_planned_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for out in ["motion.glb", "motion.bvh", "motion.vrma", "motion.csv"] {
+        let run = ikiru_in(folder.path(), &["plan", &path("three_points"), "--json", "--out", out]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(run.stderr.contains(out));
+        let report = run.json();
+        match out {
+            "motion.csv" => {
+                let text = std::fs::read_to_string(at(out)).unwrap();
+                assert_eq!(text.lines().count(), 1 + report["times"].as_array().unwrap().len());
+            }
+            // A VRM animation is of a skeleton of its own; that its poses are right is tested where it is written.
+            "motion.vrma" => assert_eq!(read(at(out)).unwrap().clips.len(), 1),
+            _ => {
+                let loaded = read(at(out)).unwrap();
+                let clip = loaded.clips.last().unwrap();
+                assert_eq!(judge(&report, clip, &loaded.rig, DQuat::IDENTITY, 1.1e-3), 3, "{out}");
+            }
+        }
+    }
+    let run = ikiru_in(folder.path(), &["plan", &path("three_points"), "--plot", "motion.svg"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("reached") && run.stdout.contains("peak speed"), "{}", run.stdout);
+    assert!(std::fs::read_to_string(at("motion.svg")).unwrap().contains("degrees from rest"));
+}
+
+#[test]
+fn what_cannot_be_planned_says_where_and_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let arm = "version = 1\nrig = \"builtin:human\"\nactive = [\"leftUpperArm\", \"leftLowerArm\"]\n\
+               [[objective]]\nkind = \"position\"\njoint = \"leftHand\"\ntarget = [0.35, 1.1, 0.3]\n";
+    let plan = |text: &str| {
+        std::fs::write(folder.path().join("m.toml"), text).unwrap();
+        ikiru_in(folder.path(), &["plan", "m.toml"])
+    };
+    plan(arm).fails(2, &["m.toml", "no [motion]", "duration_secs"]);
+    plan(&format!("{arm}at = 1.0\n")).fails(2, &["m.toml:8:1: ", "'at'", "[motion]"]);
+    let with = |motion: &str| format!("{arm}[motion]\n{motion}\n");
+    plan(&with("")).fails(2, &["m.toml:8", "[motion] has neither", "'points'"]);
+    plan(&with("points = 3\nrate = 30")).fails(2, &["'rate' and 'points'"]);
+    plan(&with("duration_secs = 0")).fails(2, &["m.toml:9:17: ", "above 0 s, not 0 s"]);
+    plan(&with("duration_secs = -2")).fails(2, &["not -2 s"]);
+    plan(&with("duration_secs = nan")).fails(2, &["m.toml:9:17: ", "finite"]);
+    plan(&with("duration_secs = 0.01")).fails(2, &["1 frames: a motion has at least 2"]);
+    plan(&with("duration_secs = 1\nrate = 0")).fails(2, &["'rate' is 0"]);
+    plan(&with("points = 2\nsmoothness = [1, -1, 0]")).fails(2, &["at least 0, not [1.0, -1.0, 0.0]"]);
+    plan(&with("points = 0\n[motion.end]\nleftUpperArm = { euler_deg = [0, 0, -60] }"))
+        .fails(2, &["1 frames are given at the end, but the timeline has 2 in all"]);
+    plan(&with("points = 2\n[motion.end]\nleftArm = { euler_deg = [0, 0, -60] }")).fails(2, &["leftArm"]);
+    plan(&with("seconds = 2")).fails(2, &["m.toml:9:1: ", "seconds"]);
+    let timed = |when: &str| format!("{arm}{when}\n[motion]\nduration_secs = 2\n");
+    plan(&timed("at = 2.5"))
+        .fails(2, &["m.toml:8:6: ", "2.5 s is not on the timeline, which goes from 0 to 2 s"]);
+    plan(&timed("from = 1.5\nto = 1.0")).fails(2, &["m.toml:9:6: ", "1.5", "expected"]);
+    plan(&timed("from = 1.5")).fails(2, &["'at', or both 'from' and 'to'"]);
+    plan(&format!("method = \"ccd\"\n{}", timed("at = 1"))).fails(2, &["plan motions by lm or adam"]);
+    // Out of reach: the best motion, status 1, and which term failed when.
+    let far = timed("at = 1").replace("0.35, 1.1, 0.3", "3, 1, 1");
+    std::fs::write(folder.path().join("far.toml"), far).unwrap();
+    let run = ikiru_in(folder.path(), &["plan", "far.toml"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(run.stdout.contains("unmet, worst at 1 s"), "{}", run.stdout);
+    ikiru(&["plan", &path("three_points"), "--out", "m.fbx"]).fails(2, &[".vrma"]);
+    ikiru(&["plan", &path("three_points"), "--plot", "m.pdf"]).fails(2, &[".svg or .png"]);
+    ikiru(&["solve", &path("three_points")]).fails(2, &["has a [motion]", "ikiru plan"]);
+}
