@@ -165,6 +165,26 @@ fn targets_that_move_are_followed() {
 }
 
 #[test]
+fn a_long_motion_with_wishes_at_every_frame_is_followed() {
+    let (rig, hand) = arm(120.0);
+    // 1,500 rows: far too many for a matrix over all of them.
+    let at = |secs: f64| DVec3::new(0.5, 0.3 * (3.0 * secs).sin(), 0.3 * (3.0 * secs).cos());
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(5.0, 100.0).unwrap());
+    motion.set_smoothness([1e-5, 1e-4, 1e-4]).unwrap();
+    motion.add_moving(1.0, When::Throughout, |secs| Position::new(hand, at(secs))).unwrap();
+    let mut start = rig.rest_pose();
+    start.coords_mut().iter_mut().for_each(|c| *c += 0.1);
+    let planned = plan(SolverOptions { max_iterations: 60, ..Default::default() }, &motion, &start);
+    assert!(planned.report.success, "{:?}", planned.report.terms);
+    for (secs, pose) in planned.clip.times().iter().zip(planned.clip.poses()) {
+        assert!(place(pose, hand).distance(at(*secs)) <= 1.001e-3 && pose.limit_violation() < 1e-9);
+    }
+    // As smooth as the path itself: the hand's own acceleration is 2.7 m/s², and nothing jumps from frame to frame.
+    let second: f64 = smoothness(&planned.clip)[1];
+    assert!(second < 1e-3, "{second}");
+}
+
+#[test]
 fn a_motion_goes_on_from_its_history_without_a_kick() {
     let (rig, hand) = arm(120.0);
     // The first joint has been turning at a constant speed.

@@ -3,6 +3,7 @@
 
 mod adam;
 mod banded;
+mod iterative;
 mod planner;
 mod problem;
 mod report;

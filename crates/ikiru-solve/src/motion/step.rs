@@ -9,6 +9,7 @@
 //! whatever the damping, which only shortens the step as a whole.
 
 use crate::motion::banded::Banded;
+use crate::motion::iterative::Iterative;
 use crate::motion::rows::{FrameRows, factor_dense, solve_dense};
 use crate::motion::state::MotionState;
 use crate::plan::Plan;
@@ -17,6 +18,8 @@ use crate::plan::Plan;
 const ON_LIMIT: f64 = 1e-9;
 /// Rounds of finding limits that a step would cross, holding those and solving again.
 const MOST_ROUNDS: usize = 4;
+/// Up to here the step is solved over rows; more would be a matrix too large.
+const MOST_DIRECT_ROWS: usize = 600;
 
 /// Memory of the step, and the step itself in `delta`, frame by frame.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +49,7 @@ pub(crate) struct MotionStep {
     y: Vec<f64>,
     dense: Vec<f64>,
     line: Vec<f64>,
+    iterative: Iterative,
 }
 
 impl MotionStep {
@@ -192,7 +196,13 @@ impl MotionStep {
 
     /// Solves for what is open; the rest keeps its `delta`.
     fn solve_open(&mut self, state: &MotionState, damping: f64) -> bool {
-        if !self.factor(state, damping) || !self.factor_rows(&state.rows) {
+        let factored = if state.rows.n_rows() <= MOST_DIRECT_ROWS {
+            self.factor(state, damping) && self.factor_rows(&state.rows)
+        } else {
+            let over_time = self.matrix(state, 0, damping, true);
+            self.iterative.prepare(self.n_dofs, &state.rows, &state.curvature, &over_time)
+        };
+        if !factored {
             return false;
         }
         self.solve_factored(state, damping, &state.rows.residual);
@@ -232,6 +242,12 @@ impl MotionStep {
             self.add_coupling(state, damping, &mut right);
             state.rows.add_product(&self.delta, &mut y);
         }
+        if state.rows.n_rows() > MOST_DIRECT_ROWS {
+            state.rows.add_transposed(&y, &mut right);
+            self.solve_iteratively(state, damping, &mut right);
+            (self.right, self.y) = (right, y);
+            return;
+        }
         // u = A⁻¹ g, then y = (I + J A⁻¹ Jᵀ)⁻¹ (r − J u).
         let mut u = right.clone();
         self.apply_inverse(&mut u);
@@ -246,6 +262,46 @@ impl MotionStep {
             }
         }
         (self.right, self.y) = (right, y);
+    }
+
+    /// The open part of `delta` from half the gradient of the model at it.
+    fn solve_iteratively(&mut self, state: &MotionState, damping: f64, right: &mut [f64]) {
+        for (b, open) in right.iter_mut().zip(&self.open) {
+            *b = if *open { -*b } else { 0.0 };
+        }
+        let mut iterative = std::mem::take(&mut self.iterative);
+        let apply = |x: &[f64], out: &mut [f64]| self.add_model_product(state, damping, x, out);
+        iterative.solve(self.n_dofs, &self.open, apply, right);
+        self.iterative = iterative;
+        for idx in 0..right.len() {
+            if self.open[idx] {
+                self.delta[idx] = right[idx];
+            }
+        }
+    }
+
+    /// `out += (Jᵀ J + smoothness + damping + curvature) x`
+    fn add_model_product(&self, state: &MotionState, damping: f64, x: &[f64], out: &mut [f64]) {
+        let n = self.n_dofs;
+        let mut y = vec![0.0; state.rows.n_rows()];
+        state.rows.add_product(x, &mut y);
+        state.rows.add_transposed(&y, out);
+        let (speed, shift) = (damping * self.stretch, damping * self.shift);
+        for t in 0..self.n_frames {
+            for d in 0..4.min(self.n_frames - t) {
+                let of_speed = speed * self.speed.rows[t][d];
+                for k in 0..n {
+                    let entry = self.classes[self.class_of[k]].rows[t][d] + of_speed;
+                    out[t * n + k] += entry * x[(t + d) * n + k];
+                    if d > 0 {
+                        out[(t + d) * n + k] += entry * x[t * n + k];
+                    }
+                }
+            }
+        }
+        for (idx, out) in out.iter_mut().enumerate() {
+            *out += (shift + state.curvature[idx]) * x[idx];
+        }
     }
 
     /// `right += (smoothness + damping + curvature) · delta`
