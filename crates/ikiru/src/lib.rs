@@ -104,8 +104,8 @@ pub use ikiru_solve::objectives::{
     Direction, Gaze, JointAngles, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
 };
 pub use ikiru_solve::{
-    Loss, Method, Objective, Problem, Report, Residual, Search, Solver, SolverOptions, StopReason, TermId,
-    Tolerance, Unit, Workspace,
+    Loss, Method, MotionProblem, MotionReport, MotionWorkspace, Objective, PlannedMotion, Problem, Report,
+    Residual, Search, Solver, SolverOptions, StopReason, TermId, Timeline, Tolerance, Unit, When, Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.
