@@ -39,7 +39,7 @@ pub struct PlannedMotion {
     pub report: MotionReport,
 }
 
-/// Memory for planning, kept from one plan to the next of the same shape.
+/// Scratch memory for planning. It is laid out anew for every plan: unlike a warm solve of a pose, a plan allocates.
 #[derive(Clone, Debug, Default)]
 pub struct MotionWorkspace {
     step: MotionStep,
@@ -228,13 +228,13 @@ impl<'a> Run<'a> {
         self.state.evaluate(&self.plan, self.motion)
     }
 
+    /// Poses of the sequence at the keys, the straight way between them and what is given, in the state.
     fn seed(&mut self, seeds: &Seeds, idx: usize) {
         let nc = self.plan.n_coords;
         self.state.coords.copy_from_slice(&self.workspace.start);
         let last = self.state.n_frames - 1;
-        let is_given = |state: &MotionState, t: usize| state.is_given[t];
         // Runs of keyed frames share one pose: the seed of their number.
-        let mut anchors: Vec<usize> = (0..=last).filter(|t| is_given(&self.state, *t)).collect();
+        let mut anchors: Vec<usize> = (0..=last).filter(|t| self.state.is_given[*t]).collect();
         let mut n_runs = 0;
         let mut before = None;
         for i in 0..self.state.keyed.len() {
@@ -244,7 +244,7 @@ impl<'a> Run<'a> {
                 n_runs += 1;
             }
             before = Some(t);
-            if is_given(&self.state, t) {
+            if self.state.is_given[t] {
                 continue;
             }
             let start = self.workspace.start[t * nc..(t + 1) * nc].to_vec();

@@ -8,11 +8,58 @@ use crate::report::StopReason;
 use crate::solvers::search::{Bar, Budget, Outcome};
 use crate::state::State;
 
+/// The moving averages of a start, and the step that they give (equations 8 to 13): of poses and of motions.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Moments {
+    mean: Vec<f64>,
+    square: Vec<f64>,
+    power1: f64,
+    power2: f64,
+}
+
+impl Moments {
+    pub(crate) fn new(n: usize) -> Self {
+        Self { mean: vec![0.0; n], square: vec![0.0; n], power1: 1.0, power2: 1.0 }
+    }
+
+    /// Forgets the start before.
+    pub(crate) fn clear(&mut self) {
+        self.mean.fill(0.0);
+        self.square.fill(0.0);
+        (self.power1, self.power2) = (1.0, 1.0);
+    }
+
+    /// The step for a gradient of which `n_moving` entries belong to what may move.
+    pub(crate) fn step(
+        &mut self,
+        options: &AdamOptions,
+        gradient: &[f64],
+        n_moving: usize,
+        delta: &mut [f64],
+    ) {
+        self.power1 *= options.beta1;
+        self.power2 *= options.beta2;
+        let mut n_agreeing = 0;
+        for (k, g) in gradient.iter().enumerate() {
+            self.mean[k] = options.beta1 * self.mean[k] + (1.0 - options.beta1) * g; // equation 8
+            self.square[k] = options.beta2 * self.square[k] + (1.0 - options.beta2) * g * g; // equation 9
+            n_agreeing += usize::from(self.mean[k] * g > 0.0);
+        }
+        // Equation 13, its mean bounded from below by 1e-3 as the authors have it; no second factor α.
+        let mask = 1.0 / (n_agreeing as f64 / n_moving.max(1) as f64).max(1e-3);
+        for (k, g) in gradient.iter().enumerate() {
+            let mean = self.mean[k] / (1.0 - self.power1); // equation 10
+            let square = self.square[k] / (1.0 - self.power2); // equation 11
+            let cautious = if self.mean[k] * g > 0.0 { mean * mask } else { 0.0 };
+            delta[k] = -options.rate * cautious / (square.sqrt() + options.epsilon); // equation 12
+        }
+    }
+}
+
 /// Memory of the method.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Adam {
-    mean: Vec<f64>,
-    square: Vec<f64>,
+    moments: Moments,
     gradient: Vec<f64>,
     delta: Vec<f64>,
     from: Vec<f64>,
@@ -23,8 +70,7 @@ impl Adam {
     pub(crate) fn new(plan: &Plan) -> Self {
         let n = plan.n_dofs;
         Self {
-            mean: vec![0.0; n],
-            square: vec![0.0; n],
+            moments: Moments::new(n),
             gradient: vec![0.0; n],
             delta: vec![0.0; n],
             from: vec![0.0; plan.n_kept_coords()],
@@ -46,10 +92,8 @@ impl Adam {
         let n = plan.n_dofs;
         let mut best = cost;
         let mut cost = cost;
-        self.mean.fill(0.0);
-        self.square.fill(0.0);
+        self.moments.clear();
         self.best.copy_from_slice(&state.coords);
-        let (mut power1, mut power2) = (1.0, 1.0);
         let stop = loop {
             if bar.is_met(cost) {
                 break StopReason::Reached;
@@ -62,24 +106,7 @@ impl Adam {
             if n == 0 || self.gradient.iter().all(|g| *g == 0.0) {
                 break StopReason::Converged;
             }
-            power1 *= options.beta1;
-            power2 *= options.beta2;
-            let mut n_agreeing = 0;
-            for k in 0..n {
-                let g = self.gradient[k];
-                self.mean[k] = options.beta1 * self.mean[k] + (1.0 - options.beta1) * g; // equation 8
-                self.square[k] = options.beta2 * self.square[k] + (1.0 - options.beta2) * g * g; // equation 9
-                n_agreeing += usize::from(self.mean[k] * g > 0.0);
-            }
-            // Equation 13, its mean bounded from below by 1e-3 as the authors have it; no second factor α.
-            let mask = 1.0 / (n_agreeing as f64 / n as f64).max(1e-3);
-            for k in 0..n {
-                let mean = self.mean[k] / (1.0 - power1); // equation 10
-                let square = self.square[k] / (1.0 - power2); // equation 11
-                let agrees = self.mean[k] * self.gradient[k] > 0.0;
-                let cautious = if agrees { mean * mask } else { 0.0 };
-                self.delta[k] = -options.rate * cautious / (square.sqrt() + options.epsilon); // equation 12
-            }
+            self.moments.step(options, &self.gradient, n, &mut self.delta);
             self.from.copy_from_slice(&state.coords);
             state.step(plan, &self.from, &self.delta);
             cost = state.evaluate(plan, problem);
