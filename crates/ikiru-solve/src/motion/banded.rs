@@ -92,6 +92,100 @@ impl Banded {
     }
 }
 
+/// One such matrix for each degree of freedom, frame by frame, so that all are worked on at once: entry
+/// `(t, t + d)` of number `k` is `rows[(4 t + d) n + k]`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BandedLines {
+    n: usize,
+    rows: Vec<f64>,
+}
+
+impl BandedLines {
+    /// Zeros for `n` degrees of freedom over some frames.
+    pub(crate) fn clear(&mut self, n: usize, n_frames: usize) {
+        self.n = n;
+        self.rows.clear();
+        self.rows.resize(4 * n * n_frames, 0.0);
+    }
+
+    /// Sets one of them.
+    pub(crate) fn set(&mut self, k: usize, matrix: &Banded) {
+        for (t, row) in matrix.rows.iter().enumerate() {
+            for (d, entry) in row.iter().enumerate() {
+                self.rows[(4 * t + d) * self.n + k] = *entry;
+            }
+        }
+    }
+
+    /// The mean of what is on the diagonals.
+    pub(crate) fn mean_diagonal(&self) -> f64 {
+        let n = self.n.max(1);
+        let sum: f64 = self.rows.chunks_exact(4 * n).flat_map(|rows| &rows[..n]).sum();
+        sum / (self.rows.len() / 4).max(1) as f64
+    }
+
+    /// As [`Banded::factor`], all of them; false where one is not positive definite.
+    pub(crate) fn factor(&mut self) -> bool {
+        let n = self.n;
+        let n_frames = self.rows.len().checked_div(4 * n).unwrap_or(0);
+        for t in 0..n_frames {
+            let (before, this) = self.rows.split_at_mut(4 * n * t);
+            let this = &mut this[..4 * n];
+            let mut least = f64::INFINITY;
+            for k in 0..n {
+                let full = this[k];
+                for back in 1..4.min(t + 1) {
+                    let above = &before[4 * n * (t - back)..];
+                    let l = above[back * n + k];
+                    for d in 0..4 - back {
+                        this[d * n + k] -= l * above[(back + d) * n + k];
+                    }
+                }
+                least = least.min(this[k] - full * 1e-15);
+                let reciprocal = 1.0 / this[k].max(f64::MIN_POSITIVE).sqrt();
+                this[k] = reciprocal;
+                for d in 1..4 {
+                    this[d * n + k] *= reciprocal;
+                }
+            }
+            if least <= 0.0 {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// `x := A⁻¹ x` of all lines, `x` being frame by frame, for what was [factored](Self::factor).
+    pub(crate) fn solve(&self, x: &mut [f64]) {
+        let n = self.n;
+        let n_frames = x.len().checked_div(n).unwrap_or(0);
+        for t in 0..n_frames {
+            let row = &self.rows[4 * n * t..4 * n * (t + 1)];
+            let (this, after) = x[t * n..].split_at_mut(n);
+            for (x, reciprocal) in this.iter_mut().zip(row) {
+                *x *= reciprocal;
+            }
+            for d in 1..4.min(n_frames - t) {
+                for ((y, x), l) in after[(d - 1) * n..d * n].iter_mut().zip(&*this).zip(&row[d * n..]) {
+                    *y -= l * x;
+                }
+            }
+        }
+        for t in (0..n_frames).rev() {
+            let row = &self.rows[4 * n * t..4 * n * (t + 1)];
+            let (this, after) = x[t * n..].split_at_mut(n);
+            for d in 1..4.min(n_frames - t) {
+                for ((x, y), l) in this.iter_mut().zip(&after[(d - 1) * n..d * n]).zip(&row[d * n..]) {
+                    *x -= l * y;
+                }
+            }
+            for (x, reciprocal) in this.iter_mut().zip(row) {
+                *x *= reciprocal;
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,5 +226,37 @@ mod tests {
             assert!(x.iter().zip(&y).all(|(a, b)| (a - b).abs() < 1e-9));
         }
         assert!(!Banded::smoothness(5, [1.0, 0.0, 0.0]).factor(), "a shift of all frames is free");
+    }
+
+    #[test]
+    fn many_at_once_solve_as_one_alone() {
+        let mut random = Random::new(3);
+        for n_frames in [1, 3, 20] {
+            let n = 3;
+            let (mut lines, mut alone) = (BandedLines::default(), Vec::new());
+            lines.clear(n, n_frames);
+            for k in 0..n {
+                let mut matrix = Banded::smoothness(n_frames, [0.5, 0.2, 0.1]);
+                for row in &mut matrix.rows {
+                    row[0] += random.between(0.01, 1.0);
+                }
+                lines.set(k, &matrix);
+                alone.push(matrix);
+            }
+            let mut x: Vec<f64> = (0..n * n_frames).map(|_| random.between(-1.0, 1.0)).collect();
+            let expected = x.clone();
+            assert!(lines.factor());
+            lines.solve(&mut x);
+            for (k, matrix) in alone.iter_mut().enumerate() {
+                assert!(matrix.factor());
+                let mut line: Vec<f64> = (0..n_frames).map(|t| expected[t * n + k]).collect();
+                matrix.solve_from(0, &mut line);
+                assert!((0..n_frames).all(|t| (x[t * n + k] - line[t]).abs() < 1e-12));
+            }
+        }
+        let mut singular = BandedLines::default();
+        singular.clear(1, 5);
+        singular.set(0, &Banded::smoothness(5, [1.0, 0.0, 0.0]));
+        assert!(!singular.factor());
     }
 }

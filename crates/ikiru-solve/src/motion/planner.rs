@@ -21,8 +21,14 @@ const GROWTH: f64 = 4.0;
 /// Damping, relative to the same, at which a step is too short to matter; and the least that there is.
 const MOST_DAMPING: f64 = 1e12;
 const LEAST_DAMPING: f64 = 1e-10;
+/// The least where steps are solved for iteratively, which takes the longer, the less of it there is.
+const LEAST_DAMPING_ITERATIVE: f64 = 1e-6;
 /// A step that promises less than this part of the cost is not worth taking.
 const LEAST_GAIN: f64 = 1e-9;
+/// The same where steps are solved for iteratively, to a few parts in a hundred; and where all that is wanted is within
+/// its tolerance there, so that only smoothness is left to gain.
+const LEAST_GAIN_ITERATIVE: f64 = 1e-6;
+const LEAST_GAIN_WITHIN: f64 = 1e-2;
 /// A step that gains less than this part of what it promised is corrected.
 const POOR: f64 = 0.5;
 /// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
@@ -309,14 +315,22 @@ impl<'a> Run<'a> {
                     state.coords.copy_from_slice(accepted);
                     return Outcome { cost, stop: StopReason::NoProgress };
                 }
-                let damping_now = (damping * (cost / first).sqrt()).max(LEAST_DAMPING * scale);
+                let least = if step.is_iterative(state) { LEAST_DAMPING_ITERATIVE } else { LEAST_DAMPING };
+                let damping_now = (damping * (cost / first).sqrt()).max(least * scale);
                 if !step.solve(plan, state, damping_now) {
                     damping *= 10.0;
                     continue;
                 }
                 let promised = cost - step.predicted_cost(state);
                 let longest = step.delta.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
-                if longest < LEAST_STEP || promised.abs() < LEAST_GAIN * cost {
+                let gain = promised.abs() / cost;
+                let is_done = if step.is_iterative(state) {
+                    gain < LEAST_GAIN_ITERATIVE
+                        || (gain < LEAST_GAIN_WITHIN && state.is_satisfied(plan, motion))
+                } else {
+                    gain < LEAST_GAIN
+                };
+                if longest < LEAST_STEP || is_done {
                     state.coords.copy_from_slice(accepted);
                     return Outcome { cost, stop: StopReason::Converged };
                 }

@@ -1,6 +1,9 @@
 //! The residual rows of all frames at which something is wanted, and the small dense system over them.
 
+use std::ops::Range;
+
 use crate::objective::Loss;
+use crate::plan::Plan;
 
 /// The rows of one frame: `n_rows` from `first` on.
 #[derive(Clone, Copy, Debug)]
@@ -30,12 +33,44 @@ pub(crate) struct FrameRows {
     pub(crate) parts: Vec<RowPart>,
     /// Scaled residuals.
     pub(crate) residual: Vec<f64>,
-    /// Row by row, by the degrees of freedom of the row's own frame.
-    pub(crate) jacobian: Vec<f64>,
+    /// Row by row, by those degrees of freedom of the row's own frame that move it.
+    jacobian: Vec<f64>,
+    /// Which row of the plan each row is, and where its entries begin.
+    of_plan: Vec<(usize, usize)>,
+    /// For each row of the plan, the runs of degrees of freedom that move it: a hand does not see a foot.
+    support: Vec<Vec<Range<usize>>>,
 }
 
 impl FrameRows {
+    /// No rows yet, of a plan's degrees of freedom.
+    pub(crate) fn new(plan: &Plan) -> Self {
+        let mut support = vec![Vec::<Range<usize>>::new(); plan.n_rows];
+        for (k, span) in plan.spans.iter().enumerate() {
+            for runs in &mut support[span.first..span.first + span.len] {
+                match runs.last_mut() {
+                    Some(run) if run.end == k => run.end = k + 1,
+                    _ => runs.push(k..k + 1),
+                }
+            }
+        }
+        Self { n_dofs: plan.n_dofs, support, ..Self::default() }
+    }
+
+    /// No rows yet, of which every one may have all entries.
+    #[cfg(test)]
+    pub(crate) fn dense(n_dofs: usize, n_rows_of_plan: usize) -> Self {
+        Self { n_dofs, support: vec![vec![0..n_dofs]; n_rows_of_plan], ..Self::default() }
+    }
+
+    /// Adds a row: number `of_plan` of a plan, its scaled residual, and its derivative by a degree of freedom.
+    pub(crate) fn push(&mut self, of_plan: usize, residual: f64, derivative: impl Fn(usize) -> f64) {
+        self.residual.push(residual);
+        self.of_plan.push((of_plan, self.jacobian.len()));
+        self.jacobian.extend(self.support[of_plan].iter().cloned().flatten().map(derivative));
+    }
+
     pub(crate) fn clear(&mut self) {
+        self.of_plan.clear();
         self.blocks.clear();
         self.parts.clear();
         self.residual.clear();
@@ -46,10 +81,31 @@ impl FrameRows {
         self.residual.len()
     }
 
-    /// The derivative of one row.
+    /// The entries of one row in runs: the degrees of freedom, and the derivative by them.
     #[inline]
-    pub(crate) fn row(&self, row: usize) -> &[f64] {
-        &self.jacobian[row * self.n_dofs..(row + 1) * self.n_dofs]
+    pub(crate) fn runs(&self, row: usize) -> impl Iterator<Item = (Range<usize>, &[f64])> {
+        let (of_plan, mut at) = self.of_plan[row];
+        self.support[of_plan].iter().map(move |run| {
+            let entries = &self.jacobian[at..at + run.len()];
+            at += run.len();
+            (run.clone(), entries)
+        })
+    }
+
+    /// The product of one row with the tangent of its frame.
+    #[inline]
+    pub(crate) fn dot(&self, row: usize, x: &[f64]) -> f64 {
+        self.runs(row).map(|(run, entries)| dot(entries, &x[run])).sum()
+    }
+
+    /// Adds a multiple of one row to the tangent of its frame.
+    #[inline]
+    pub(crate) fn add_row(&self, row: usize, factor: f64, x: &mut [f64]) {
+        for (run, entries) in self.runs(row) {
+            for (x, a) in x[run].iter_mut().zip(entries) {
+                *x += factor * a;
+            }
+        }
     }
 
     /// `y += J x`, `x` being the tangents of all frames.
@@ -58,7 +114,7 @@ impl FrameRows {
         for block in &self.blocks {
             let x = &x[block.frame * n..(block.frame + 1) * n];
             for row in block.first..block.first + block.n_rows {
-                y[row] += self.row(row).iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
+                y[row] += self.dot(row, x);
             }
         }
     }
@@ -69,12 +125,25 @@ impl FrameRows {
         for block in &self.blocks {
             let x = &mut x[block.frame * n..(block.frame + 1) * n];
             for row in block.first..block.first + block.n_rows {
-                for (x, a) in x.iter_mut().zip(self.row(row)) {
-                    *x += a * y[row];
-                }
+                self.add_row(row, y[row], x);
             }
         }
     }
+}
+
+/// Four sums side by side, which a processor adds up at once.
+#[inline]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a4, a_rest) = a.as_chunks::<4>();
+    let (b4, b_rest) = b.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (a, b) in a4.iter().zip(b4) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
 /// Replaces the lower triangle of a symmetric matrix of `n` rows by its Cholesky factor, reciprocals on its
@@ -85,7 +154,7 @@ pub(crate) fn factor_dense(n: usize, a: &mut [f64]) -> bool {
         let row = &mut row[..=i];
         for j in 0..i {
             let other = &above[j * n..=j * n + j];
-            let known: f64 = row[..j].iter().zip(&other[..j]).map(|(a, b)| a * b).sum();
+            let known = dot(&row[..j], &other[..j]);
             row[j] = (row[j] - known) * other[j];
         }
         let full = row[i];
@@ -103,7 +172,7 @@ pub(crate) fn factor_dense(n: usize, a: &mut [f64]) -> bool {
 pub(crate) fn solve_dense(n: usize, a: &[f64], x: &mut [f64]) {
     for i in 0..n {
         let row = &a[i * n..=i * n + i];
-        let known: f64 = row[..i].iter().zip(&x[..i]).map(|(a, b)| a * b).sum();
+        let known = dot(&row[..i], &x[..i]);
         x[i] = (x[i] - known) * row[i];
     }
     for i in (0..n).rev() {

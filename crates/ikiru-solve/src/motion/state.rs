@@ -45,7 +45,7 @@ impl MotionState {
             coords: vec![0.0; plan.n_coords * n_frames],
             is_given: (0..n_frames).map(|t| motion.given(t).is_some()).collect(),
             keyed: keyed.collect(),
-            rows: FrameRows { n_dofs: plan.n_dofs, ..FrameRows::default() },
+            rows: FrameRows::new(plan),
             gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             cost_beside_rows: 0.0,
@@ -127,7 +127,6 @@ impl MotionState {
 
     /// Copies the rows of the frame that was linearized.
     fn push_rows(&mut self, plan: &Plan, terms: &impl Terms, t: usize) {
-        let n = plan.n_dofs;
         let first_of_frame = self.rows.n_rows();
         for term in plan.terms.iter().filter(|term| terms.is_on(term.term)) {
             let (weight, loss) = (terms.weight(term.term), terms.objective(term.term).loss());
@@ -142,14 +141,10 @@ impl MotionState {
                 let first = self.rows.n_rows();
                 self.rows.parts.push(RowPart { first, n_rows, term_weight: weight, loss, weight: scale });
                 for r in row..row + n_rows {
-                    self.rows.residual.push(self.frame.scaled[r]);
-                    let at = self.rows.jacobian.len();
-                    self.rows.jacobian.resize(at + n, 0.0);
-                    for (entry, span) in self.rows.jacobian[at..].iter_mut().zip(&plan.spans) {
-                        if (span.first..span.first + span.len).contains(&r) {
-                            *entry = self.frame.jacobian[span.start + r - span.first];
-                        }
-                    }
+                    self.rows.push(r, self.frame.scaled[r], |k| {
+                        let span = &plan.spans[k];
+                        self.frame.jacobian[span.start + r - span.first]
+                    });
                 }
                 row += n_rows;
             }

@@ -109,12 +109,16 @@ impl MotionStep {
     /// The largest curvature along one degree of freedom of one frame, by which damping is measured.
     pub(crate) fn scale(&self, state: &MotionState) -> f64 {
         let mut largest = 0.0_f64;
+        let mut squares = vec![0.0; self.n_dofs];
         for block in &state.rows.blocks {
-            for k in 0..self.n_dofs {
-                let rows = block.first..block.first + block.n_rows;
-                let square: f64 = rows.map(|r| state.rows.row(r)[k].powi(2)).sum();
-                largest = largest.max(square + state.curvature[block.frame * self.n_dofs + k]);
+            let first = block.frame * self.n_dofs;
+            squares.copy_from_slice(&state.curvature[first..first + self.n_dofs]);
+            for row in block.first..block.first + block.n_rows {
+                for (run, entries) in state.rows.runs(row) {
+                    squares[run].iter_mut().zip(entries).for_each(|(s, a)| *s += a * a);
+                }
             }
+            largest = squares.iter().fold(largest, |a, s| a.max(*s));
         }
         let smooth = self.classes.iter().flat_map(|c| &c.rows).map(|row| row[0]).fold(0.0, f64::max);
         if largest > 0.0 { largest } else { smooth }
@@ -194,13 +198,24 @@ impl MotionStep {
         }
     }
 
+    /// Whether there are too many rows to solve over.
+    pub(crate) fn is_iterative(&self, state: &MotionState) -> bool {
+        state.rows.n_rows() > MOST_DIRECT_ROWS
+    }
+
     /// Solves for what is open; the rest keeps its `delta`.
     fn solve_open(&mut self, state: &MotionState, damping: f64) -> bool {
-        let factored = if state.rows.n_rows() <= MOST_DIRECT_ROWS {
+        let factored = if !self.is_iterative(state) {
             self.factor(state, damping) && self.factor_rows(&state.rows)
         } else {
-            let over_time = self.matrix(state, 0, damping, true);
-            self.iterative.prepare(self.n_dofs, &state.rows, &state.curvature, &over_time)
+            let mut iterative = std::mem::take(&mut self.iterative);
+            iterative.over_time().clear(self.n_dofs, self.n_frames);
+            for k in 0..self.n_dofs {
+                iterative.over_time().set(k, &self.matrix(state, k, damping, false));
+            }
+            let prepared = iterative.prepare(&state.rows, &self.open);
+            self.iterative = iterative;
+            prepared
         };
         if !factored {
             return false;
@@ -233,6 +248,7 @@ impl MotionStep {
         right.extend_from_slice(&state.gradient);
         y.clear();
         y.extend_from_slice(residual);
+        let guess = self.delta.clone();
         for idx in 0..self.delta.len() {
             if self.open[idx] {
                 self.delta[idx] = 0.0;
@@ -242,9 +258,9 @@ impl MotionStep {
             self.add_coupling(state, damping, &mut right);
             state.rows.add_product(&self.delta, &mut y);
         }
-        if state.rows.n_rows() > MOST_DIRECT_ROWS {
+        if self.is_iterative(state) {
             state.rows.add_transposed(&y, &mut right);
-            self.solve_iteratively(state, damping, &mut right);
+            self.solve_iteratively(state, damping, &mut right, guess);
             (self.right, self.y) = (right, y);
             return;
         }
@@ -264,18 +280,18 @@ impl MotionStep {
         (self.right, self.y) = (right, y);
     }
 
-    /// The open part of `delta` from half the gradient of the model at it.
-    fn solve_iteratively(&mut self, state: &MotionState, damping: f64, right: &mut [f64]) {
-        for (b, open) in right.iter_mut().zip(&self.open) {
-            *b = if *open { -*b } else { 0.0 };
+    /// The open part of `delta` from half the gradient of the model where that part is 0, and a guess.
+    fn solve_iteratively(&mut self, state: &MotionState, damping: f64, right: &mut [f64], mut x: Vec<f64>) {
+        for ((b, x), open) in right.iter_mut().zip(&mut x).zip(&self.open) {
+            (*b, *x) = if *open { (-*b, *x) } else { (0.0, 0.0) };
         }
         let mut iterative = std::mem::take(&mut self.iterative);
         let apply = |x: &[f64], out: &mut [f64]| self.add_model_product(state, damping, x, out);
-        iterative.solve(self.n_dofs, &self.open, apply, right);
+        iterative.solve(&state.rows, &self.open, apply, right, &mut x);
         self.iterative = iterative;
-        for idx in 0..right.len() {
+        for idx in 0..x.len() {
             if self.open[idx] {
-                self.delta[idx] = right[idx];
+                self.delta[idx] = x[idx];
             }
         }
     }
@@ -334,15 +350,16 @@ impl MotionStep {
         for (a, later) in rows.blocks.iter().enumerate() {
             for (b, earlier) in rows.blocks[..=a].iter().enumerate() {
                 for i in later.first..later.first + later.n_rows {
-                    let row = rows.row(i);
-                    for k in 0..n {
-                        let is_open = self.open[later.frame * n + k] && self.open[earlier.frame * n + k];
-                        let inverse = self.inverses[self.factor_of[k]][a * n_blocks + b];
-                        weighted[k] = if is_open { row[k] * inverse } else { 0.0 };
+                    weighted.fill(0.0);
+                    for (run, entries) in rows.runs(i) {
+                        for (k, entry) in run.zip(entries) {
+                            let is_open = self.open[later.frame * n + k] && self.open[earlier.frame * n + k];
+                            let inverse = self.inverses[self.factor_of[k]][a * n_blocks + b];
+                            weighted[k] = if is_open { entry * inverse } else { 0.0 };
+                        }
                     }
                     for j in earlier.first..(earlier.first + earlier.n_rows).min(i + 1) {
-                        let other = rows.row(j);
-                        dense[i * m + j] = weighted.iter().zip(other).map(|(a, b)| a * b).sum();
+                        dense[i * m + j] = rows.dot(j, &weighted);
                     }
                 }
             }
