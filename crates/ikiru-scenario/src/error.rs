@@ -1,7 +1,7 @@
 //! What can be wrong with a scenario: file, line and column, what was found and what was expected.
 
 use ikiru_rig::{ConeError, RigError, UnknownName};
-use ikiru_solve::{Method, MotionError};
+use ikiru_solve::{Method, MotionError, TargetPathError};
 
 use crate::builtin::BUILTINS;
 
@@ -174,7 +174,7 @@ pub enum ErrorKind {
     #[error("'{0}' has the length 0: expected {1}")]
     NoLength(String, &'static str),
     /// Something that is about time, in a scenario of a single pose.
-    #[error("'{0}' says when an objective holds: expected a table [motion] in the scenario")]
+    #[error("'{0}' is about time: expected a table [motion] in the scenario")]
     NeedsMotion(String),
     /// A scenario of a single pose where a motion is wanted.
     #[error("the scenario has no [motion]: expected one with 'duration_secs' or 'points'")]
@@ -182,6 +182,9 @@ pub enum ErrorKind {
     /// A motion that cannot be.
     #[error("the motion cannot be planned: {0}")]
     Motion(MotionError),
+    /// A path that cannot be.
+    #[error("{0}")]
+    Path(TargetPathError),
     /// Nothing moves.
     #[error("no joint of the rig can move: expected limits that make one move, [limits.NAME]")]
     NothingMoves,

@@ -65,6 +65,7 @@ mod error;
 mod limits;
 mod motion;
 mod objective;
+mod rate_limits;
 mod scenario;
 mod table;
 mod values;

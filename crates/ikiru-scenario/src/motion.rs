@@ -1,14 +1,17 @@
 //! `[motion]`: a scenario as a motion over time.
 
 use ikiru_formats::Loaded;
-use ikiru_rig::{Clip, JointId, Pose, Rig};
+use ikiru_rig::{Clip, JointId, Pose, RateLimit, Rig};
+use glam::DVec3;
+use ikiru_solve::objectives::{Gaze, LookAt, Position};
 use ikiru_solve::{
-    MotionError, MotionProblem, MotionWorkspace, PlannedMotion, Problem, Solver, Timeline, TimelineError,
-    When,
+    MotionError, MotionProblem, MotionWorkspace, PlannedMotion, Problem, Solver, TargetPath, Timeline,
+    TimelineError, When,
 };
 
 use crate::error::{Error, ErrorKind};
-use crate::objective::ScenarioObjective;
+use crate::objective::{ScenarioObjective, TermHandle};
+use crate::rate_limits;
 use crate::scenario::{Scenario, pose_of_table};
 use crate::table::{Table, Value};
 use crate::warning::Warning;
@@ -24,6 +27,10 @@ pub struct MotionSettings {
     pub fixed_start: bool,
     /// The last frame, where it is given.
     pub end: Option<Pose>,
+    /// The most that joints' speeds and accelerations may be.
+    pub rate_limits: Vec<RateLimit>,
+    /// Whether the motion may take longer, to keep those; false by default.
+    pub free_duration: bool,
 }
 
 /// A scenario that is planned over time, ready to solve.
@@ -72,9 +79,8 @@ impl Scenario {
         let Some(settings) = self.motion.clone() else {
             return Err(Error::new(&self.name, None, ErrorKind::NoMotion));
         };
-        let when: Vec<When> = self.objectives.iter().map(|o| o.when).collect();
         let wrong = |e: MotionError| Error::new(&self.name, None, ErrorKind::Motion(e));
-        let motion = build(self.problem, &settings, &self.start, &when).map_err(wrong)?;
+        let motion = build(self.problem, &settings, &self.start, &self.objectives).map_err(wrong)?;
         Ok(MotionScenario {
             name: self.name,
             loaded: self.loaded,
@@ -93,14 +99,32 @@ fn build(
     problem: Problem,
     settings: &MotionSettings,
     start: &Pose,
-    when: &[When],
+    objectives: &[ScenarioObjective],
 ) -> Result<MotionProblem, MotionError> {
-    let mut motion = MotionProblem::from_problem(problem, settings.timeline, when)?;
+    let when: Vec<When> = objectives.iter().map(|o| o.when).collect();
+    let mut motion = MotionProblem::from_problem(problem, settings.timeline, &when)?;
+    for objective in objectives {
+        let Some(path) = &objective.path else { continue };
+        match objective.term {
+            TermHandle::Position(id) => {
+                let still = motion[id].clone();
+                motion.set_moving(id, |secs| Position { target: path.at(secs), ..still.clone() })?;
+            }
+            TermHandle::LookAt(id) => {
+                let still = motion[id].clone();
+                motion.set_moving(id, |secs| LookAt { gaze: Gaze::Point(path.at(secs)), ..still.clone() })?;
+            }
+            // No other kind has the key.
+            _ => {}
+        }
+    }
     motion.set_smoothness(settings.smoothness)?;
     if settings.fixed_start {
         motion.fix_start(start)?;
     }
     motion.fix_end(settings.end.as_ref())?;
+    motion.set_rate_limits(&settings.rate_limits)?;
+    motion.set_free_duration(settings.free_duration);
     Ok(motion)
 }
 
@@ -109,12 +133,15 @@ const LENGTH: &str = "'duration_secs' (with 'rate' in frames a second, 30 by def
 /// Reads `[motion]`, if it is there. An end pose has the joints that it does not name as the start has them.
 pub(crate) fn read(
     rig: &Rig,
+    active: &[JointId],
     scenario: &Table<'_>,
     start: &Pose,
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<MotionSettings>, Error> {
     let Some(table) = scenario.table("motion")? else { return Ok(None) };
-    table.only(&["duration_secs", "rate", "points", "smoothness", "fixed_start", "end"])?;
+    let own = ["duration_secs", "rate", "points", "smoothness", "fixed_start", "end", "free_duration", "limits"];
+    let keys: Vec<&'static str> = own.into_iter().chain(rate_limits::KEYS).collect();
+    table.only(&keys)?;
     let timeline = timeline(&table)?;
     let smoothness = match table.get("smoothness") {
         Some(value) => {
@@ -135,7 +162,17 @@ pub(crate) fn read(
         let kind = MotionError::GivenFrames { given: 1, side: "end", n_frames: 2, taken: 1 };
         return Err(table.error(ErrorKind::Motion(kind)));
     }
-    Ok(Some(MotionSettings { timeline, smoothness, fixed_start, end }))
+    let rate_limits = rate_limits::read(rig, active, &table)?;
+    let mut free_duration = false;
+    if let Some(value) = table.get("free_duration") {
+        free_duration = value.truth()?;
+        if free_duration && rate_limits.is_empty() {
+            let (place, found) = ("[motion] with 'free_duration'".to_owned(), "no limits on rates".to_owned());
+            let expected = "'max_speed_deg', 'max_acceleration_deg', 'max_speed' or 'max_acceleration' beside it";
+            return Err(value.error(ErrorKind::Alternatives { place, found, expected }));
+        }
+    }
+    Ok(Some(MotionSettings { timeline, smoothness, fixed_start, end, rate_limits, free_duration }))
 }
 
 fn timeline(table: &Table<'_>) -> Result<Timeline, Error> {
@@ -164,10 +201,37 @@ fn wrong(value: &Value<'_>, error: TimelineError) -> Error {
     value.error(ErrorKind::Motion(MotionError::Timeline(error)))
 }
 
-/// When an objective holds: `at`, or `from` and `to`; the last frame by default.
-pub(crate) fn when(table: &Table<'_>, timeline: Option<&Timeline>) -> Result<When, Error> {
+/// The path that an objective's target follows, if it has one: `path = [[secs, x, y, z], …]`.
+pub(crate) fn path(table: &Table<'_>, timeline: Option<&Timeline>) -> Result<Option<TargetPath>, Error> {
+    const EXPECTED: &str = "points at times, [[secs, x, y, z], …]";
+    let Some(value) = table.get("path") else { return Ok(None) };
+    let Some(timeline) = timeline else {
+        return Err(value.key_error(ErrorKind::NeedsMotion(value.key.clone())));
+    };
+    let (mut times, mut points) = (Vec::new(), Vec::new());
+    for entry in value.list(EXPECTED)? {
+        let [secs, x, y, z] = entry.numbers("a time in seconds and a point, [secs, x, y, z]")?;
+        timeline.frame_at(secs).map_err(|e| wrong(&entry, e))?;
+        times.push(secs);
+        points.push(DVec3::new(x, y, z));
+    }
+    TargetPath::new(times, points).map(Some).map_err(|e| value.error(ErrorKind::Path(e)))
+}
+
+/// When an objective holds: `at`, or `from` and `to`; as long as its path goes on, where it has one; else at the last
+/// frame.
+pub(crate) fn when(
+    table: &Table<'_>,
+    timeline: Option<&Timeline>,
+    path: Option<&TargetPath>,
+) -> Result<When, Error> {
     let keys = ["at", "from", "to"].map(|key| table.get(key));
-    let Some(first) = keys.iter().flatten().next() else { return Ok(When::End) };
+    let Some(first) = keys.iter().flatten().next() else {
+        return Ok(path.map_or(When::End, |path| {
+            let (from, to) = path.span();
+            When::Span { from, to }
+        }));
+    };
     let Some(timeline) = timeline else {
         return Err(first.key_error(ErrorKind::NeedsMotion(first.key.clone())));
     };

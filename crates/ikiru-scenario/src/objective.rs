@@ -6,10 +6,10 @@ use ikiru_solve::objectives::{
     Apart, Direction, Distance, Gaze, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget, Position,
     RelativePose, RestPose,
 };
-use ikiru_solve::{Loss, Objective, Problem, TermId, Timeline, Tolerance, When};
+use ikiru_solve::{Loss, Objective, Problem, TargetPath, TermId, Timeline, Tolerance, When};
 
 use crate::error::{Error, ErrorKind};
-use crate::motion::when;
+use crate::motion::{path, when};
 use crate::table::{Table, Value};
 use crate::values::{joint, joint_angles, joint_of_key, name_of};
 
@@ -27,7 +27,7 @@ const KINDS: [&str; 10] = [
 ];
 
 /// One `[[objective]]` of a scenario, in the order of the text, which is that of the problem's terms.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ScenarioObjective {
     /// Its kind, as the scenario has it.
     pub kind: &'static str,
@@ -37,6 +37,8 @@ pub struct ScenarioObjective {
     pub term: TermHandle,
     /// When it holds, in a scenario with `[motion]`; the last frame otherwise.
     pub when: When,
+    /// What its target follows over time, in a scenario with `[motion]`; `None` for one that stays.
+    pub path: Option<TargetPath>,
 }
 
 /// The typed id of an objective's term: `scenario.problem[id]` is the objective itself.
@@ -109,8 +111,10 @@ pub(crate) fn add_all(
     let mut objectives = Vec::with_capacity(entries.len());
     for (idx, entry) in entries.iter().enumerate() {
         let table = entry.table(format!("objective {}", idx + 1))?;
-        let objective = add(rig, active, &table, problem)?;
-        objectives.push(ScenarioObjective { when: when(&table, timeline)?, ..objective });
+        let path = path(&table, timeline)?;
+        let objective = add(rig, active, &table, path.as_ref(), problem)?;
+        let when = when(&table, timeline, path.as_ref())?;
+        objectives.push(ScenarioObjective { when, path, ..objective });
     }
     Ok(objectives)
 }
@@ -118,10 +122,12 @@ pub(crate) fn add_all(
 /// The keys of a kind, besides those that every objective has.
 fn keys(kind: &str) -> &'static [&'static str] {
     match kind {
-        "position" => &["joint", "point", "target", "tolerance"],
+        "position" => &["joint", "point", "target", "path", "tolerance"],
         "orientation" => &["joint", "target_rotation", "euler_deg", "tolerance_deg"],
         "pose" => &["joint", "point", "target", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"],
-        "look_at" => &["joint", "axis", "target", "length", "offset_from_tip", "tolerance_deg"],
+        "look_at" => {
+            &["joint", "axis", "target", "path", "length", "offset_from_tip", "tolerance_deg"]
+        }
         "direction" => &["joint", "axis", "target", "tolerance_deg"],
         "relative_pose" => {
             &["joint", "base", "position", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"]
@@ -136,6 +142,7 @@ fn add(
     rig: &Rig,
     active: &[JointId],
     table: &Table<'_>,
+    path: Option<&TargetPath>,
     problem: &mut Problem,
 ) -> Result<ScenarioObjective, Error> {
     const JOINT: &str = "the name of a joint, or a humanoid role";
@@ -155,7 +162,18 @@ fn add(
     let (joint, term) = match kind {
         "position" => {
             let joint = named_joint()?;
-            let target = table.require("target", TARGET)?.vector()?;
+            let target = match (table.get("target"), path) {
+                (Some(target), None) => target.vector()?,
+                // Where it is later is said when there is a motion.
+                (None, Some(path)) => path.at(path.span().0),
+                _ => {
+                    return Err(alternatives(
+                        table,
+                        &["target", "path"],
+                        "either 'target' (a point of the world in metres, [x, y, z]) or 'path' (points at times)",
+                    ));
+                }
+            };
             let id = common.add(problem, Position { joint, point: point()?, target, loss });
             (Some(joint), TermHandle::Position(id))
         }
@@ -174,7 +192,7 @@ fn add(
         "look_at" => {
             let joint = named_joint()?;
             let axis = table.require("axis", AXIS)?.direction()?;
-            let id = common.add(problem, LookAt { joint, axis, gaze: gaze(table)?, loss });
+            let id = common.add(problem, LookAt { joint, axis, gaze: gaze(table, path)?, loss });
             (Some(joint), TermHandle::LookAt(id))
         }
         "direction" => {
@@ -265,7 +283,7 @@ fn add(
             (joint, TermHandle::RestPose(common.add(problem, objective)))
         }
     };
-    Ok(ScenarioObjective { kind, joint, term, when: When::End })
+    Ok(ScenarioObjective { kind, joint, term, when: When::End, path: None })
 }
 
 impl Common {
@@ -331,17 +349,18 @@ fn rotation(table: &Table<'_>) -> Result<DQuat, Error> {
     }
 }
 
-fn gaze(table: &Table<'_>) -> Result<Gaze, Error> {
+fn gaze(table: &Table<'_>, path: Option<&TargetPath>) -> Result<Gaze, Error> {
     let tip = ["length", "offset_from_tip"];
-    match (table.get("target"), tip.map(|key| table.get(key))) {
-        (Some(target), [None, None]) => Ok(Gaze::Point(target.vector()?)),
-        (None, [Some(length), Some(offset)]) => {
+    match (table.get("target"), path, tip.map(|key| table.get(key))) {
+        (Some(target), None, [None, None]) => Ok(Gaze::Point(target.vector()?)),
+        (None, Some(path), [None, None]) => Ok(Gaze::Point(path.at(path.span().0))),
+        (None, None, [Some(length), Some(offset)]) => {
             Ok(Gaze::OffsetFromTip { length: length.number()?, offset: offset.vector()? })
         }
         _ => Err(alternatives(
             table,
-            &["target", "length", "offset_from_tip"],
-            "either 'target' (a point of the world), or 'length' and 'offset_from_tip' (a point beside the bone's tip)",
+            &["target", "path", "length", "offset_from_tip"],
+            "one of 'target' (a point of the world), 'path' (points at times), or 'length' and 'offset_from_tip' (a point beside the bone's tip)",
         )),
     }
 }

@@ -176,13 +176,20 @@ impl Scenario {
 
     /// What an objective aims at, as JSON: a point or direction `[x, y, z]`; the quaternion `[x, y, z, w]` of an
     /// `orientation`; `{"length", "offset_from_tip"}` of a `look_at` beside the bone's tip; `{NAME: value}` of a
-    /// `known_rotation`; null for a `rest_pose` and for a position beyond the last.
+    /// `known_rotation`; `[[secs, x, y, z]]` of what follows a path; null for a `rest_pose` and for a position beyond the last.
     #[must_use]
     pub fn target_json(&self, objective: usize) -> Json {
         let problem = &self.problem;
         let targets_from_world = self.world_from_targets.inverse();
         let point = |p: DVec3| json!((targets_from_world * p).to_array());
         let turn = |q: DQuat| json!((targets_from_world * q).to_array());
+        if let Some(path) = self.objectives.get(objective).and_then(|o| o.path.as_ref()) {
+            let at = |(secs, p): (f64, DVec3)| {
+                let p = targets_from_world * p;
+                json!([secs, p.x, p.y, p.z])
+            };
+            return Json::Array(path.points().map(at).collect());
+        }
         match self.objectives.get(objective).map(|o| o.term) {
             Some(TermHandle::Position(id)) => point(problem[id].target),
             Some(TermHandle::Pose(id)) => point(problem[id].position),
@@ -252,12 +259,13 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
         return Err(rig_value.error(ErrorKind::NothingMoves));
     }
     let start = start(&rig, table, &mut warnings)?;
-    let motion = crate::motion::read(&rig, table, &start, &mut warnings)?;
+    let motion = crate::motion::read(&rig, &active, table, &start, &mut warnings)?;
     let timeline = motion.as_ref().map(|m| &m.timeline);
-    let objectives = add_all(&rig, &active, table, timeline, &mut problem)?;
+    let mut objectives = add_all(&rig, &active, table, timeline, &mut problem)?;
     let world_from_targets = if in_file { loaded.world_from_file() } else { DQuat::IDENTITY };
-    for objective in &objectives {
+    for objective in &mut objectives {
         turn_target(&mut problem, objective.term, world_from_targets);
+        objective.path = objective.path.take().map(|path| path.turned(world_from_targets));
     }
     warn_of_what_nothing_moves(&rig, &problem, &objectives, &mut warnings);
     let name = name.to_owned();

@@ -117,6 +117,38 @@ impl BandedLines {
         }
     }
 
+    /// Adds to entry `(t, t + d)` of one of them.
+    #[inline]
+    pub(crate) fn add(&mut self, t: usize, d: usize, k: usize, value: f64) {
+        self.rows[(4 * t + d) * self.n + k] += value;
+    }
+
+    /// Adds one of them to a matrix.
+    pub(crate) fn add_to(&self, k: usize, matrix: &mut Banded) {
+        for (t, row) in matrix.rows.iter_mut().enumerate() {
+            for (d, entry) in row.iter_mut().enumerate() {
+                *entry += self.rows[(4 * t + d) * self.n + k];
+            }
+        }
+    }
+
+    /// `y += A x` of all lines, frame by frame.
+    pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64]) {
+        let n = self.n;
+        let n_frames = x.len().checked_div(n).unwrap_or(0);
+        for t in 0..n_frames {
+            for d in 0..4.min(n_frames - t) {
+                let row = &self.rows[(4 * t + d) * n..(4 * t + d + 1) * n];
+                for (k, entry) in row.iter().enumerate() {
+                    y[t * n + k] += entry * x[(t + d) * n + k];
+                    if d > 0 {
+                        y[(t + d) * n + k] += entry * x[t * n + k];
+                    }
+                }
+            }
+        }
+    }
+
     /// The mean of what is on the diagonals.
     pub(crate) fn mean_diagonal(&self) -> f64 {
         let n = self.n.max(1);

@@ -4,8 +4,12 @@
 mod adam;
 mod banded;
 mod iterative;
+mod limited;
+mod lm;
+mod path;
 mod planner;
 mod problem;
+mod rate_bounds;
 mod report;
 mod rows;
 mod smoothness;
@@ -13,6 +17,7 @@ mod state;
 mod step;
 mod timeline;
 
+pub use path::{TargetPath, TargetPathError};
 pub use planner::{MotionWorkspace, PlannedMotion};
 pub use problem::{MotionError, MotionProblem, When};
 pub use report::{MotionReport, MotionTermReport};

@@ -3,6 +3,7 @@
 use ikiru_rig::{Clip, Pose};
 
 use crate::motion::adam::MotionAdam;
+use crate::motion::lm::LEAST_GAIN;
 use crate::motion::problem::MotionProblem;
 use crate::motion::report::{MotionReport, report_terms};
 use crate::motion::state::MotionState;
@@ -14,25 +15,6 @@ use crate::solver::Solver;
 use crate::solvers::search::{Bar, Budget};
 use crate::solvers::seeds::Seeds;
 
-/// First damping, relative to the largest curvature along one degree of freedom.
-const FIRST_DAMPING: f64 = 0.05;
-/// By how much a rejected step makes the damping grow.
-const GROWTH: f64 = 4.0;
-/// Damping, relative to the same, at which a step is too short to matter; and the least that there is.
-const MOST_DAMPING: f64 = 1e12;
-const LEAST_DAMPING: f64 = 1e-10;
-/// The least where steps are solved for iteratively, which takes the longer, the less of it there is.
-const LEAST_DAMPING_ITERATIVE: f64 = 1e-6;
-/// A step that promises less than this part of the cost is not worth taking.
-const LEAST_GAIN: f64 = 1e-9;
-/// The same where steps are solved for iteratively, to a few parts in a hundred; and where all that is wanted is within
-/// its tolerance there, so that only smoothness is left to gain.
-const LEAST_GAIN_ITERATIVE: f64 = 1e-6;
-const LEAST_GAIN_WITHIN: f64 = 1e-2;
-/// A step that gains less than this part of what it promised is corrected.
-const POOR: f64 = 0.5;
-/// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
-const LEAST_STEP: f64 = 1e-11;
 /// How many starts are looked at for each restart; the cheapest is taken.
 const SCREENED: usize = 3;
 
@@ -48,19 +30,21 @@ pub struct PlannedMotion {
 /// Scratch memory for planning. It is laid out anew for every plan: unlike a warm solve of a pose, a plan allocates.
 #[derive(Clone, Debug, Default)]
 pub struct MotionWorkspace {
-    step: MotionStep,
+    pub(super) step: MotionStep,
     adam: MotionAdam,
-    accepted: Vec<f64>,
-    first_try: Vec<f64>,
-    residual: Vec<f64>,
-    start: Vec<f64>,
+    pub(super) accepted: Vec<f64>,
+    pub(super) first_try: Vec<f64>,
+    pub(super) residual: Vec<f64>,
+    pub(super) start: Vec<f64>,
     best: Vec<f64>,
 }
 
+/// What came of one start.
 #[derive(Clone, Copy, Debug)]
-struct Outcome {
-    cost: f64,
-    stop: StopReason,
+pub(super) struct Outcome {
+    /// Of the motion, without limits on rates; infinite where those do not hold.
+    pub(super) cost: f64,
+    pub(super) stop: StopReason,
 }
 
 impl Solver {
@@ -86,14 +70,14 @@ impl Solver {
 }
 
 /// One call of [`Solver::plan`].
-struct Run<'a> {
+pub(super) struct Run<'a> {
     solver: &'a Solver,
-    motion: &'a MotionProblem,
+    pub(super) motion: &'a MotionProblem,
     guess: &'a Clip,
-    plan: Plan,
-    state: MotionState,
-    workspace: &'a mut MotionWorkspace,
-    budget: Budget,
+    pub(super) plan: Plan,
+    pub(super) state: MotionState,
+    pub(super) workspace: &'a mut MotionWorkspace,
+    pub(super) budget: Budget,
 }
 
 impl<'a> Run<'a> {
@@ -106,6 +90,11 @@ impl<'a> Run<'a> {
         solver.options().check().map_err(Invalid::Options)?;
         if !matches!(solver.options().method, Method::Lm | Method::Adam(_)) {
             return Err(Invalid::Options("plan motions by lm or adam: the other methods know poses alone"));
+        }
+        if matches!(solver.options().method, Method::Adam(_)) && motion.holds_rates() {
+            let reason = "limits on speed and acceleration of a fixed duration need the method lm: \
+                adam knows them only where the duration is free";
+            return Err(Invalid::Options(reason));
         }
         motion.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
         let budget = Budget::new(solver.options());
@@ -134,17 +123,42 @@ impl<'a> Run<'a> {
     fn plan(&mut self) -> PlannedMotion {
         let cost = self.state.evaluate(&self.plan, self.motion);
         if !cost.is_finite() {
-            let invalid = Invalid::Pose("gives a cost that is not finite, or a term does");
-            return PlannedMotion { clip: self.guess.clone(), report: MotionReport::invalid(invalid) };
+            let invalid = match self.state.not_finite(&self.plan, self.motion) {
+                Some(term) if self.motion.terms().terms()[term].objective.motions().is_empty() => {
+                    Invalid::Term(term, "gives a residual that is not finite at one of its frames")
+                }
+                Some(term) => Invalid::Term(
+                    term,
+                    "asks joints for something that their motion does not have, or is not finite",
+                ),
+                None => Invalid::Pose("gives a cost that is not finite"),
+            };
+            return self.refuse(invalid);
+        }
+        if self.solver.options().cost_below.is_none() {
+            let settled = |term: usize| self.motion.is_settled(term);
+            if let Some(term) = self.state.unsatisfied(&self.plan, self.motion, settled) {
+                let conflict = "holds at given frames alone, and their poses do not meet it: \
+                    give it another time, or leave those frames free";
+                return self.refuse(Invalid::Term(term, conflict));
+            }
         }
         let (outcome, restarts) = self.search(cost);
         let cost = self.state.evaluate(&self.plan, self.motion);
         let smoothness = self.state.smoothness_cost;
-        let terms = report_terms(&self.plan, self.motion, &mut self.state);
-        let success = match self.solver.options().cost_below {
+        let mut terms = report_terms(&self.plan, self.motion, &mut self.state);
+        let within = match self.solver.options().cost_below {
             Some(bar) => cost < bar,
             None => terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
+        let mut clip = self.clip();
+        let mut exceeded = Vec::new();
+        if self.motion.has_free_duration() {
+            clip = self.slow_down(clip, &mut terms);
+        } else {
+            exceeded = self.exceeded(&clip);
+        }
+        let success = within && exceeded.is_empty();
         let report = MotionReport {
             success,
             stop: if success { StopReason::Reached } else { outcome.stop },
@@ -153,12 +167,18 @@ impl<'a> Run<'a> {
             iterations: self.budget.iterations,
             restarts,
             terms,
+            exceeded,
             invalid: None,
         };
-        PlannedMotion { clip: self.clip(), report }
+        PlannedMotion { clip, report }
     }
 
-    fn clip(&mut self) -> Clip {
+    fn refuse(&self, invalid: Invalid) -> PlannedMotion {
+        PlannedMotion { clip: self.guess.clone(), report: MotionReport::invalid(invalid) }
+    }
+
+    /// The motion in the state as a clip.
+    pub(super) fn clip(&mut self) -> Clip {
         let timeline = self.motion.timeline();
         let still = self.guess.sample(self.guess.times().first().copied().unwrap_or_default());
         let poses = (0..timeline.n_frames())
@@ -280,96 +300,8 @@ impl<'a> Run<'a> {
                     adam.run(options, &self.plan, self.motion, &mut self.state, cost, bar, &mut self.budget);
                 Outcome { cost, stop }
             }
-            _ => self.run_lm(cost, bar),
-        }
-    }
-
-    /// The method of poses (`solvers/lm.rs`) over all frames at once.
-    fn run_lm(&mut self, cost: f64, bar: &Bar) -> Outcome {
-        let (plan, motion, state) = (&self.plan, self.motion, &mut self.state);
-        let MotionWorkspace { step, accepted, first_try, residual, .. } = &mut *self.workspace;
-        let first = cost;
-        let mut cost = cost;
-        let (mut damping, mut scale) = (0.0, 0.0);
-        let mut patience = bar.patience(cost);
-        'accepted: loop {
-            if bar.is_met(cost) {
-                return Outcome { cost, stop: StopReason::Reached };
-            }
-            state.linearize(plan, motion);
-            if step.begin(plan, state) == 0.0 {
-                return Outcome { cost, stop: StopReason::Converged };
-            }
-            if damping == 0.0 {
-                scale = step.scale(state);
-                damping = FIRST_DAMPING * scale;
-            }
-            accepted.copy_from_slice(&state.coords);
-            let mut growth = GROWTH;
-            loop {
-                if let Some(stop) = self.budget.spend() {
-                    state.coords.copy_from_slice(accepted);
-                    return Outcome { cost, stop };
-                }
-                if damping > MOST_DAMPING * scale {
-                    state.coords.copy_from_slice(accepted);
-                    return Outcome { cost, stop: StopReason::NoProgress };
-                }
-                let least = if step.is_iterative(state) { LEAST_DAMPING_ITERATIVE } else { LEAST_DAMPING };
-                let damping_now = (damping * (cost / first).sqrt()).max(least * scale);
-                if !step.solve(plan, state, damping_now) {
-                    damping *= 10.0;
-                    continue;
-                }
-                let promised = cost - step.predicted_cost(state);
-                let longest = step.delta.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
-                let gain = promised.abs() / cost;
-                let is_done = if step.is_iterative(state) {
-                    gain < LEAST_GAIN_ITERATIVE
-                        || (gain < LEAST_GAIN_WITHIN && state.is_satisfied(plan, motion))
-                } else {
-                    gain < LEAST_GAIN
-                };
-                if longest < LEAST_STEP || is_done {
-                    state.coords.copy_from_slice(accepted);
-                    return Outcome { cost, stop: StopReason::Converged };
-                }
-                state.step(plan, accepted, &step.delta);
-                let mut trial = state.evaluate(plan, motion);
-                if cost - trial < POOR * promised && !state.rows.blocks.is_empty() {
-                    // Residuals bend away from their linear model: one more solve follows the bend.
-                    state.scaled_residuals(plan, motion, residual);
-                    first_try.copy_from_slice(&state.coords);
-                    step.subtract_model(state, residual);
-                    step.correct(plan, state, damping_now, residual);
-                    state.step(plan, accepted, &step.delta);
-                    let corrected = state.evaluate(plan, motion);
-                    if corrected < trial {
-                        trial = corrected;
-                    } else {
-                        state.coords.copy_from_slice(first_try);
-                        trial = state.evaluate(plan, motion);
-                    }
-                }
-                if trial < cost {
-                    let ratio = (cost - trial) / promised.max(1e-300);
-                    damping *= if ratio > 0.75 {
-                        0.5
-                    } else if ratio < 0.25 {
-                        2.0
-                    } else {
-                        0.8
-                    };
-                    cost = trial;
-                    if patience.is_over(cost) {
-                        return Outcome { cost, stop: StopReason::NoProgress };
-                    }
-                    continue 'accepted;
-                }
-                state.coords.copy_from_slice(accepted);
-                damping *= growth;
-                growth *= 2.0;
-            }
+            _ if self.holds_rates() => self.run_limited(cost, bar),
+            _ => self.run_lm(cost, bar, LEAST_GAIN),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::{Index, IndexMut, Range};
 
-use ikiru_rig::{JointId, Pose, Rig};
+use ikiru_rig::{JointId, Pose, RateLimit, RateLimitError, Rig};
 
 use crate::motion::timeline::{Timeline, TimelineError};
 use crate::objective::Objective;
@@ -57,6 +57,12 @@ pub enum MotionError {
     /// Weights of smoothness that are none.
     #[error("weights of smoothness are finite and at least 0, not {0:?}")]
     Smoothness([f64; 3]),
+    /// A limit on speed or acceleration that means nothing for the rig.
+    #[error(transparent)]
+    RateLimit(#[from] RateLimitError),
+    /// The id of a term of another problem.
+    #[error("the motion has no term {0} with such an objective: its id is of another motion")]
+    Term(usize),
     /// Two frames of a moving objective that read different joints.
     #[error(
         "a moving objective reads the same joints, motions and parts at every time; at {0} s it does not"
@@ -74,6 +80,9 @@ pub(crate) struct Track {
 
 /// Which joints may move, what is wanted when, how smooth the motion should be, and which frames are given.
 ///
+/// A term that holds over a span says nothing of frames that are given. One whose frames are all given, and whose
+/// tolerance their poses do not meet, is invalid.
+///
 /// The cost is `Σ λ ρ(r)` over all terms and the frames at which they hold, plus
 /// `Σₙ wₙ Σₜ ‖Δⁿ qₜ‖²` for the orders 1 to 3 (equations 25 and 26). The differences are those from frame to frame, not
 /// divided by time; those of balls and of a free root are differences of rotations.
@@ -87,6 +96,8 @@ pub struct MotionProblem {
     /// Frames that are given, from the first on.
     history: Vec<Pose>,
     end: Option<Pose>,
+    rate_limits: Vec<RateLimit>,
+    free_duration: bool,
 }
 
 impl MotionProblem {
@@ -106,6 +117,8 @@ impl MotionProblem {
             of_joints: Vec::new(),
             history: Vec::new(),
             end: None,
+            rate_limits: Vec::new(),
+            free_duration: false,
         }
     }
 
@@ -169,20 +182,52 @@ impl MotionProblem {
     ) -> Result<TermId<T>, MotionError> {
         let frames = self.frames_of(when)?;
         let first = at(self.timeline.time(frames.start));
+        let moving = self.follow(&frames, &first, at)?;
+        self.tracks.push(Track { frames, moving });
+        Ok(self.base.add(weight, first))
+    }
+
+    /// Gives a term another objective at each of its frames, whether or not it moved before: a target that goes
+    /// another way from now on. Weight, tolerance and span stay; one that stays still is changed by its id.
+    ///
+    /// # Errors
+    /// Objectives that read other things than the term did; the term is then left as it was.
+    pub fn set_moving<T: Objective>(
+        &mut self,
+        id: TermId<T>,
+        mut at: impl FnMut(f64) -> T,
+    ) -> Result<(), MotionError> {
+        let (Some(track), Some(known)) = (self.tracks.get(id.index()), self.base.get(id)) else {
+            return Err(MotionError::Term(id.index()));
+        };
+        let frames = track.frames.clone();
+        let first = at(self.timeline.time(frames.start));
+        if !reads_the_same(known, &first) {
+            return Err(MotionError::Changes(self.timeline.time(frames.start)));
+        }
+        let moving = self.follow(&frames, &first, at)?;
+        self.tracks[id.index()].moving = moving;
+        self.base[id] = first;
+        Ok(())
+    }
+
+    /// The objective of every frame, all of which read what `first` does.
+    fn follow<T: Objective>(
+        &self,
+        frames: &Range<usize>,
+        first: &T,
+        mut at: impl FnMut(f64) -> T,
+    ) -> Result<Vec<Box<dyn Objective>>, MotionError> {
         let mut moving: Vec<Box<dyn Objective>> = Vec::with_capacity(frames.len());
         for frame in frames.clone() {
             let secs = self.timeline.time(frame);
             let objective = at(secs);
-            let is_same = objective.joints() == first.joints()
-                && objective.motions() == first.motions()
-                && objective.parts() == first.parts();
-            if !is_same {
+            if !reads_the_same(first, &objective) {
                 return Err(MotionError::Changes(secs));
             }
             moving.push(Box::new(objective));
         }
-        self.tracks.push(Track { frames, moving });
-        Ok(self.base.add(weight, first))
+        Ok(moving)
     }
 
     fn frames_of(&self, when: When) -> Result<Range<usize>, MotionError> {
@@ -274,6 +319,47 @@ impl MotionProblem {
         Ok(())
     }
 
+    /// Limits on the speed and acceleration of joints, in the place of those before. They are hard: they hold
+    /// anywhere on the curve of [`Clip::sample_cubic`](ikiru_rig::Clip::sample_cubic), between frames too, and what
+    /// cannot be reached in time is missed. Only where the given frames leave no motion that keeps them are they
+    /// exceeded; the [report](crate::MotionReport::exceeded) then names joint and time.
+    ///
+    /// Needs [`Method::Lm`](crate::Method::Lm), unless the [duration is free](Self::set_free_duration).
+    ///
+    /// # Errors
+    /// A limit on what the rig does not have, on a jerk, or that is not a finite number above 0.
+    pub fn set_rate_limits(&mut self, limits: &[RateLimit]) -> Result<(), MotionError> {
+        for limit in limits {
+            limit.check(self.rig())?;
+        }
+        self.rate_limits = limits.to_vec();
+        Ok(())
+    }
+
+    /// Whether the motion may take longer than its timeline: it is then planned as if nothing limited speed and
+    /// acceleration, and slowed down afterwards where limits ask for it. Its poses stay the same, their times come
+    /// later and at uneven distances, and the report has the new ones. False at first.
+    pub fn set_free_duration(&mut self, is_free: bool) {
+        self.free_duration = is_free;
+    }
+
+    /// Whether the motion may take longer than its timeline.
+    #[must_use]
+    pub fn has_free_duration(&self) -> bool {
+        self.free_duration
+    }
+
+    /// The limits on speed and acceleration.
+    #[must_use]
+    pub fn rate_limits(&self) -> &[RateLimit] {
+        &self.rate_limits
+    }
+
+    /// Whether limits on rates are to be held at the times of the timeline.
+    pub(crate) fn holds_rates(&self) -> bool {
+        !self.free_duration && !self.rate_limits.is_empty()
+    }
+
     fn check_given(&self, given: usize, side: &'static str, taken: usize) -> Result<(), MotionError> {
         let n_frames = self.timeline.n_frames();
         // A motion of given frames alone has nothing to plan.
@@ -294,6 +380,18 @@ impl MotionProblem {
     pub(crate) fn given(&self, frame: usize) -> Option<&Pose> {
         let is_last = frame + 1 == self.timeline.n_frames();
         self.history.get(frame).or(self.end.as_ref().filter(|_| is_last))
+    }
+
+    /// Whether a term wants something of a frame: it does at its frames but for those that are given, where there is
+    /// nothing to plan; if it has no others, at those.
+    pub(crate) fn wants(&self, term: usize, frame: usize) -> bool {
+        let frames = &self.tracks[term].frames;
+        frames.contains(&frame) && (self.given(frame).is_none() || self.is_settled(term))
+    }
+
+    /// Whether all frames of a term are given.
+    pub(crate) fn is_settled(&self, term: usize) -> bool {
+        self.tracks[term].frames.clone().all(|frame| self.given(frame).is_some())
     }
 
     pub(crate) fn tracks(&self) -> &[Track] {
@@ -326,6 +424,10 @@ impl MotionProblem {
     }
 }
 
+fn reads_the_same(a: &dyn Objective, b: &dyn Objective) -> bool {
+    a.joints() == b.joints() && a.motions() == b.motions() && a.parts() == b.parts()
+}
+
 fn check_weights(weights: [f64; 3]) -> Result<(), MotionError> {
     let is_good = weights.iter().all(|w| w.is_finite() && *w >= 0.0);
     if is_good { Ok(()) } else { Err(MotionError::Smoothness(weights)) }
@@ -341,7 +443,7 @@ pub(crate) struct FrameTerms<'a> {
 impl Terms for FrameTerms<'_> {
     #[inline]
     fn is_on(&self, term: usize) -> bool {
-        self.motion.tracks[term].frames.contains(&self.frame)
+        self.motion.wants(term, self.frame)
     }
     #[inline]
     fn weight(&self, term: usize) -> f64 {

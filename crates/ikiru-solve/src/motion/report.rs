@@ -1,6 +1,6 @@
 //! What came of planning a motion.
 
-use ikiru_rig::JointId;
+use ikiru_rig::{JointId, RateExcess};
 
 use crate::motion::problem::MotionProblem;
 use crate::motion::state::MotionState;
@@ -42,7 +42,7 @@ pub struct MotionTermReport {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionReport {
     /// Whether the bar was met: a cost below `cost_below` where that is given, else every mandatory term within its
-    /// tolerance at each of its frames.
+    /// tolerance at each of its frames; and no limit on speed and acceleration exceeded.
     pub success: bool,
     /// Why it ended.
     pub stop: StopReason,
@@ -56,6 +56,9 @@ pub struct MotionReport {
     pub restarts: usize,
     /// The terms, in the order in which they were added.
     pub terms: Vec<MotionTermReport>,
+    /// Limits on speed and acceleration that the motion does not keep, the worst first: only where no motion was found
+    /// that keeps them, frames that are given being too far apart or too fast. Success asks for none.
+    pub exceeded: Vec<RateExcess>,
     /// What was not usable, where `stop` is [`StopReason::InvalidInput`].
     pub invalid: Option<Invalid>,
 }
@@ -70,6 +73,7 @@ impl MotionReport {
             iterations: 0,
             restarts: 0,
             terms: Vec::new(),
+            exceeded: Vec::new(),
             invalid: Some(invalid),
         }
     }

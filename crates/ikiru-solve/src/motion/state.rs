@@ -3,6 +3,7 @@
 use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
 
 use crate::motion::problem::MotionProblem;
+use crate::motion::rate_bounds::RateBounds;
 use crate::motion::rows::{Block, FrameRows, RowPart};
 use crate::motion::smoothness::Smoothness;
 use crate::plan::Plan;
@@ -20,14 +21,15 @@ pub(crate) struct MotionState {
     /// Frames at which a term holds, and runs of them that follow each other.
     pub(crate) keyed: Vec<usize>,
     pub(crate) rows: FrameRows,
-    /// Half the gradient of the terms that read motions and of smoothness, by the tangents of all frames.
+    /// Half the gradient of the terms that read motions, of smoothness and of limits on rates, by the tangents of all frames.
     pub(crate) gradient: Vec<f64>,
     /// The curvature of the terms that read motions.
     pub(crate) curvature: Vec<f64>,
-    /// What of the cost is not in rows: terms that read motions, and smoothness.
+    /// What of the cost is not in rows: terms that read motions, smoothness, and limits on speed and acceleration.
     pub(crate) cost_beside_rows: f64,
     pub(crate) smoothness: Smoothness,
     pub(crate) smoothness_cost: [f64; 3],
+    pub(crate) rate_bounds: RateBounds,
     pub(crate) frame: State,
     /// The frame at which `frame` was evaluated last.
     evaluated: Option<usize>,
@@ -39,7 +41,8 @@ impl MotionState {
         let n = plan.n_dofs * n_frames;
         let weights =
             plan.movers.iter().flat_map(|m| vec![motion.smoothness_of(m.joint); m.n_dofs]).collect();
-        let keyed = (0..n_frames).filter(|t| motion.tracks().iter().any(|track| track.frames.contains(t)));
+        let n_terms = motion.tracks().len();
+        let keyed = (0..n_frames).filter(|t| (0..n_terms).any(|term| motion.wants(term, *t)));
         Self {
             n_frames,
             coords: vec![0.0; plan.n_coords * n_frames],
@@ -51,6 +54,7 @@ impl MotionState {
             cost_beside_rows: 0.0,
             smoothness: Smoothness::new(weights, n_frames),
             smoothness_cost: [0.0; 3],
+            rate_bounds: RateBounds::new(plan, motion),
             frame: State::new(plan),
             evaluated: None,
         }
@@ -90,7 +94,8 @@ impl MotionState {
         cost
     }
 
-    /// The cost of the whole motion; infinite where it is not a number.
+    /// The cost of the whole motion, with that of limits on rates while they are [on](RateBounds::begin); infinite
+    /// where it is not a number.
     pub(crate) fn evaluate(&mut self, plan: &Plan, motion: &MotionProblem) -> f64 {
         let mut cost = 0.0;
         for i in 0..self.keyed.len() {
@@ -98,6 +103,7 @@ impl MotionState {
         }
         self.smoothness_cost = self.smoothness.cost(plan, &self.coords);
         cost += self.smoothness_cost.iter().sum::<f64>();
+        cost += self.rate_bounds.cost(plan.n_dofs, self.smoothness.first());
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
@@ -108,7 +114,9 @@ impl MotionState {
         self.gradient.fill(0.0);
         self.curvature.fill(0.0);
         self.cost_beside_rows = self.smoothness_cost.iter().sum();
-        self.smoothness.add_half_gradient(plan, &mut self.gradient);
+        self.cost_beside_rows += self.rate_bounds.cost(n, self.smoothness.first());
+        self.rate_bounds.linearize(n, self.smoothness.first());
+        self.smoothness.add_half_gradient(plan, self.rate_bounds.pull(), &mut self.gradient);
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
             // One key alone is still what was evaluated.
@@ -222,21 +230,46 @@ impl MotionState {
 
     /// Whether every mandatory term is within its tolerance at each of its frames.
     pub(crate) fn is_satisfied(&mut self, plan: &Plan, motion: &MotionProblem) -> bool {
+        self.unsatisfied(plan, motion, |_| true).is_none()
+    }
+
+    /// The first mandatory term of some that is not within its tolerance at one of its frames.
+    pub(crate) fn unsatisfied(
+        &mut self,
+        plan: &Plan,
+        motion: &MotionProblem,
+        is_meant: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
             self.evaluate_frame(plan, motion, t);
             let terms = motion.at(t);
-            for term in plan.terms.iter().filter(|term| terms.is_on(term.term)) {
+            for term in plan.terms.iter().filter(|term| is_meant(term.term) && terms.is_on(term.term)) {
                 let data = &motion.terms().terms()[term.term];
                 let is_met = term.parts.clone().all(|part| {
                     let tolerance = data.tolerance.of(plan.parts[part].unit);
                     self.frame.squares[part] <= tolerance * tolerance
                 });
                 if data.mandatory && !is_met {
-                    return false;
+                    return Some(term.term);
                 }
             }
         }
-        true
+        None
+    }
+
+    /// The first term whose residual is not finite at one of its frames.
+    pub(crate) fn not_finite(&mut self, plan: &Plan, motion: &MotionProblem) -> Option<usize> {
+        for i in 0..self.keyed.len() {
+            let t = self.keyed[i];
+            self.evaluate_frame(plan, motion, t);
+            let terms = motion.at(t);
+            let is_bad = |part: usize| !self.frame.squares[part].is_finite();
+            let mut on = plan.terms.iter().filter(|term| terms.is_on(term.term));
+            if let Some(term) = on.find(|term| term.parts.clone().any(is_bad)) {
+                return Some(term.term);
+            }
+        }
+        None
     }
 }

@@ -151,6 +151,9 @@ impl MotionStep {
             }
             matrix.rows[t][0] += shift + if is_shared { 0.0 } else { state.curvature[t * n + k] };
         }
+        if !is_shared && state.rate_bounds.is_bent[k] {
+            state.rate_bounds.curvature.add_to(k, &mut matrix);
+        }
         for t in 0..self.n_frames {
             let is_held = if is_shared { state.is_given[t] } else { !self.open[t * n + k] };
             if is_held {
@@ -172,10 +175,11 @@ impl MotionStep {
             self.factors.push(self.matrix(state, k, damping, true));
         }
         for k in 0..n {
-            let is_own = (0..self.n_frames).any(|t| {
+            let differs = |t: usize| {
                 let idx = t * n + k;
                 state.curvature[idx] != 0.0 || self.open[idx] == state.is_given[t]
-            });
+            };
+            let is_own = state.rate_bounds.is_bent[k] || (0..self.n_frames).any(differs);
             self.factor_of[k] = if is_own { self.factors.len() } else { self.class_of[k] };
             if is_own {
                 self.factors.push(self.matrix(state, k, damping, false));
@@ -318,11 +322,17 @@ impl MotionStep {
         for (idx, out) in out.iter_mut().enumerate() {
             *out += (shift + state.curvature[idx]) * x[idx];
         }
+        if !state.rate_bounds.is_off() {
+            state.rate_bounds.curvature.add_product(x, out);
+        }
     }
 
     /// `right += (smoothness + damping + curvature) · delta`
     fn add_coupling(&self, state: &MotionState, damping: f64, right: &mut [f64]) {
         let n = self.n_dofs;
+        if !state.rate_bounds.is_off() {
+            state.rate_bounds.curvature.add_product(&self.delta, right);
+        }
         for k in 0..n {
             if (0..self.n_frames).all(|t| self.delta[t * n + k] == 0.0) {
                 continue;
@@ -434,6 +444,11 @@ impl MotionStep {
             let rows = &self.y[part.first..part.first + part.n_rows];
             let square = rows.iter().map(|r| r * r).sum::<f64>() / part.weight;
             cost += part.term_weight * part.loss.cost(square);
+        }
+        if !state.rate_bounds.is_off() {
+            let mut product = vec![0.0; self.delta.len()];
+            state.rate_bounds.curvature.add_product(&self.delta, &mut product);
+            cost += self.delta.iter().zip(&product).map(|(d, p)| d * p).sum::<f64>();
         }
         let mut product = vec![0.0; self.n_frames];
         for k in 0..n {

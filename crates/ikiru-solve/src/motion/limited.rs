@@ -1,0 +1,163 @@
+//! A motion inside limits on speed and acceleration: rounds of the augmented Lagrangian where the duration is fixed,
+//! slowing down where it is free.
+
+use ikiru_rig::{Clip, RateExcess, difference_joint};
+
+use crate::motion::lm::LEAST_GAIN;
+use crate::motion::planner::{Outcome, Run};
+use crate::motion::report::MotionTermReport;
+use crate::report::StopReason;
+use crate::solvers::search::Bar;
+
+/// First weight of what is beyond a limit, relative to the cost of the guess.
+const FIRST_PENALTY: f64 = 0.01;
+/// By how much that weight grows when a round has not brought the worst down to half.
+const GROWTH: f64 = 10.0;
+/// Most of it, relative to the first.
+const MOST_GROWTH: f64 = 1e10;
+/// How far beyond what is allowed, relative to it, counts as kept by a round: less than the margin that is kept to limits.
+const SLACK: f64 = 5e-4;
+/// A round that changes the cost by less than this part of it was the last.
+const LEAST_CHANGE: f64 = 1e-4;
+/// How exactly a round is solved.
+const LEAST_GAIN_OF_ROUND: f64 = 1e-6;
+/// Most rounds.
+const MOST_ROUNDS: usize = 40;
+/// What is allowed after a peak was measured beyond its limit, relative to what that asks for.
+const TIGHTER: f64 = 1.0005;
+/// Halvings on the way back to a motion that keeps all limits.
+const HALVINGS: usize = 12;
+
+impl Run<'_> {
+    /// Whether limits on rates are to be held by the plan itself.
+    pub(super) fn holds_rates(&self) -> bool {
+        self.motion.holds_rates()
+    }
+
+    /// The limits that a clip does not keep.
+    pub(super) fn exceeded(&self, clip: &Clip) -> Vec<RateExcess> {
+        // The limits were checked when they were set.
+        clip.exceeded(self.motion.rate_limits()).unwrap_or_default()
+    }
+
+    fn exceeded_now(&mut self) -> Vec<RateExcess> {
+        let clip = self.clip();
+        self.exceeded(&clip)
+    }
+
+    /// The motion in the state, inside its limits on rates; as if there were none where it keeps them anyway.
+    pub(super) fn run_limited(&mut self, cost: f64, bar: &Bar) -> Outcome {
+        let mut outcome = self.run_lm(cost, bar, LEAST_GAIN);
+        if self.exceeded_now().is_empty() {
+            return outcome;
+        }
+        let first = FIRST_PENALTY * cost.max(outcome.cost);
+        let n = self.plan.n_dofs;
+        let to_the_end = Bar { cost_below: None, impatient: false };
+        self.state.rate_bounds.begin(first);
+        let (mut worst, mut before) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..MOST_ROUNDS {
+            let cost = self.state.evaluate(&self.plan, self.motion);
+            self.budget.next_start();
+            outcome = self.run_lm(cost, &to_the_end, LEAST_GAIN_OF_ROUND);
+            let cost = self.state.evaluate(&self.plan, self.motion);
+            let first_differences = self.state.smoothness.first();
+            let plain = cost - self.state.rate_bounds.cost(n, first_differences);
+            let now = self.state.rate_bounds.update(n, first_differences);
+            if outcome.stop == StopReason::TimeBudget {
+                break;
+            }
+            if now <= SLACK {
+                let exceeded = self.exceeded_now();
+                if exceeded.is_empty() && (plain - before).abs() <= LEAST_CHANGE * plain {
+                    break;
+                }
+                for excess in exceeded {
+                    self.state.rate_bounds.tighten(&excess.limit, TIGHTER * excess.ratio());
+                }
+            } else if now > 0.5 * worst {
+                let penalty = self.state.rate_bounds.penalty();
+                self.state.rate_bounds.set_penalty((penalty * GROWTH).min(first * MOST_GROWTH));
+            }
+            (worst, before) = (now, plain);
+        }
+        self.state.rate_bounds.begin(0.0);
+        let keeps = self.retreat();
+        let cost = self.state.evaluate(&self.plan, self.motion);
+        Outcome { cost: if keeps { cost } else { f64::INFINITY }, ..outcome }
+    }
+
+    /// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates: the straight
+    /// way between what is given, or standing still. False where that does not keep them either; the motion is
+    /// then left alone.
+    fn retreat(&mut self) -> bool {
+        if self.exceeded_now().is_empty() {
+            return true;
+        }
+        let reached = self.state.coords.clone();
+        self.go_straight();
+        if !self.exceeded_now().is_empty() {
+            self.state.coords.copy_from_slice(&reached);
+            return false;
+        }
+        let safe = self.state.coords.clone();
+        let (mut kept, mut part) = (0.0, 0.5);
+        for halving in 0..HALVINGS {
+            self.set_between(&safe, &reached, part);
+            let width = 0.5_f64.powi(halving as i32 + 2);
+            if self.exceeded_now().is_empty() {
+                kept = part;
+                part += width;
+            } else {
+                part -= width;
+            }
+        }
+        self.set_between(&safe, &reached, kept);
+        true
+    }
+
+    /// The straight way at constant speed from the last frame of the history to a given end, or standing still.
+    fn go_straight(&mut self) {
+        let nc = self.plan.n_coords;
+        let last = self.state.n_frames - 1;
+        self.state.coords.copy_from_slice(&self.workspace.start);
+        let is_given = self.state.is_given.clone();
+        let from = is_given[..last].iter().rposition(|given| *given);
+        match (from, is_given[last]) {
+            (Some(from), true) => self.state.interpolate(&self.plan, from, last),
+            (from, end_is_given) => {
+                let from = from.unwrap_or(if end_is_given { last } else { 0 });
+                for t in (0..=last).filter(|t| !is_given[*t]) {
+                    self.state.coords.copy_within(from * nc..(from + 1) * nc, t * nc);
+                }
+            }
+        }
+    }
+
+    /// The motion a part of the way from one to another.
+    fn set_between(&mut self, from: &[f64], to: &[f64], part: f64) {
+        let (n, nc) = (self.plan.n_dofs, self.plan.n_coords);
+        let mut way = vec![0.0; n * self.state.n_frames];
+        for t in 0..self.state.n_frames {
+            for m in &self.plan.movers {
+                let coords = t * nc + m.coord..t * nc + m.coord + m.n_coords;
+                let way = &mut way[t * n + m.dof..t * n + m.dof + m.n_dofs];
+                difference_joint(&m.motion, &from[coords.clone()], &to[coords], way);
+                way.iter_mut().for_each(|w| *w *= part);
+            }
+        }
+        self.state.step(&self.plan, from, &way);
+    }
+
+    /// The clip slowed down where it must be, and the times of the terms with it.
+    pub(super) fn slow_down(&self, clip: Clip, terms: &mut [MotionTermReport]) -> Clip {
+        // The limits were checked when they were set.
+        let Ok(retimed) = clip.retime(self.motion.rate_limits()) else { return clip };
+        for term in terms {
+            for secs in [&mut term.from_secs, &mut term.to_secs, &mut term.worst_secs] {
+                *secs = retimed.at(*secs);
+            }
+        }
+        retimed.clip
+    }
+}

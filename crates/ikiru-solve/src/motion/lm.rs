@@ -1,0 +1,118 @@
+//! Bounded Levenberg–Marquardt over all frames of a motion at once: the method of poses (`solvers/lm.rs`), with a
+//! correction for curved valleys.
+
+use crate::motion::planner::{MotionWorkspace, Outcome, Run};
+use crate::report::StopReason;
+use crate::solvers::search::Bar;
+
+/// First damping, relative to the largest curvature along one degree of freedom.
+const FIRST_DAMPING: f64 = 0.05;
+/// By how much a rejected step makes the damping grow.
+const GROWTH: f64 = 4.0;
+/// Damping, relative to the same, at which a step is too short to matter; and the least that there is.
+const MOST_DAMPING: f64 = 1e12;
+const LEAST_DAMPING: f64 = 1e-10;
+/// The least where steps are solved for iteratively, which takes the longer, the less of it there is.
+const LEAST_DAMPING_ITERATIVE: f64 = 1e-6;
+/// A step that promises less than this part of the cost is not worth taking.
+pub(super) const LEAST_GAIN: f64 = 1e-9;
+/// The same where steps are solved for iteratively, to a few parts in a hundred; and where all that is wanted is within
+/// its tolerance there, so that only smoothness is left to gain.
+const LEAST_GAIN_ITERATIVE: f64 = 1e-6;
+const LEAST_GAIN_WITHIN: f64 = 1e-2;
+/// A step that gains less than this part of what it promised is corrected.
+const POOR: f64 = 0.5;
+/// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
+const LEAST_STEP: f64 = 1e-11;
+
+impl Run<'_> {
+    /// Improves the motion in the state, whose cost is `cost` and which was evaluated last, until a step promises
+    /// less than a part of it.
+    pub(super) fn run_lm(&mut self, cost: f64, bar: &Bar, least_gain: f64) -> Outcome {
+        let (plan, motion, state) = (&self.plan, self.motion, &mut self.state);
+        let MotionWorkspace { step, accepted, first_try, residual, .. } = &mut *self.workspace;
+        let first = cost;
+        let mut cost = cost;
+        let (mut damping, mut scale) = (0.0, 0.0);
+        let mut patience = bar.patience(cost);
+        'accepted: loop {
+            if bar.is_met(cost) {
+                return Outcome { cost, stop: StopReason::Reached };
+            }
+            state.linearize(plan, motion);
+            if step.begin(plan, state) == 0.0 {
+                return Outcome { cost, stop: StopReason::Converged };
+            }
+            if damping == 0.0 {
+                scale = step.scale(state);
+                damping = FIRST_DAMPING * scale;
+            }
+            accepted.copy_from_slice(&state.coords);
+            let mut growth = GROWTH;
+            loop {
+                if let Some(stop) = self.budget.spend() {
+                    state.coords.copy_from_slice(accepted);
+                    return Outcome { cost, stop };
+                }
+                if damping > MOST_DAMPING * scale {
+                    state.coords.copy_from_slice(accepted);
+                    return Outcome { cost, stop: StopReason::NoProgress };
+                }
+                let least = if step.is_iterative(state) { LEAST_DAMPING_ITERATIVE } else { LEAST_DAMPING };
+                let damping_now = (damping * (cost / first).sqrt()).max(least * scale);
+                if !step.solve(plan, state, damping_now) {
+                    damping *= 10.0;
+                    continue;
+                }
+                let promised = cost - step.predicted_cost(state);
+                let longest = step.delta.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+                let gain = promised.abs() / cost;
+                let is_done = if step.is_iterative(state) {
+                    gain < LEAST_GAIN_ITERATIVE.max(least_gain)
+                        || (gain < LEAST_GAIN_WITHIN && state.is_satisfied(plan, motion))
+                } else {
+                    gain < least_gain
+                };
+                if longest < LEAST_STEP || is_done {
+                    state.coords.copy_from_slice(accepted);
+                    return Outcome { cost, stop: StopReason::Converged };
+                }
+                state.step(plan, accepted, &step.delta);
+                let mut trial = state.evaluate(plan, motion);
+                if cost - trial < POOR * promised && !state.rows.blocks.is_empty() {
+                    // Residuals bend away from their linear model: one more solve follows the bend.
+                    state.scaled_residuals(plan, motion, residual);
+                    first_try.copy_from_slice(&state.coords);
+                    step.subtract_model(state, residual);
+                    step.correct(plan, state, damping_now, residual);
+                    state.step(plan, accepted, &step.delta);
+                    let corrected = state.evaluate(plan, motion);
+                    if corrected < trial {
+                        trial = corrected;
+                    } else {
+                        state.coords.copy_from_slice(first_try);
+                        trial = state.evaluate(plan, motion);
+                    }
+                }
+                if trial < cost {
+                    let ratio = (cost - trial) / promised.max(1e-300);
+                    damping *= if ratio > 0.75 {
+                        0.5
+                    } else if ratio < 0.25 {
+                        2.0
+                    } else {
+                        0.8
+                    };
+                    cost = trial;
+                    if patience.is_over(cost) {
+                        return Outcome { cost, stop: StopReason::NoProgress };
+                    }
+                    continue 'accepted;
+                }
+                state.coords.copy_from_slice(accepted);
+                damping *= growth;
+                growth *= 2.0;
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Limits on speed and acceleration while a motion is planned: an augmented Lagrangian (Hestenes 1969, Powell 1969;
+//! for inequalities Rockafellar 1973).
+//!
+//! Between two frames a clip is a cubic whose velocities and accelerations are combinations of the differences from frame
+//! to frame. The speed is never above the longest of the three points of Bézier's form of its velocity, the
+//! acceleration never above that at its two ends, so that to bound those bounds the curve everywhere. Each is one
+//! constraint `c = ‖x‖ / most − 1 ≤ 0`, whose cost is `max(0, λ + μ c)² / 2μ` with its multiplier λ.
+
+use std::ops::Range;
+
+use ikiru_rig::{Part, Rate, RateLimit};
+
+use crate::motion::banded::BandedLines;
+use crate::motion::problem::MotionProblem;
+use crate::plan::Plan;
+
+/// By how much less is allowed, relative to a limit, than the limit: what a plan leaves over stays inside it.
+const MARGIN: f64 = 1e-3;
+/// Most points that bound a curve between two frames.
+const MOST_POINTS: usize = 3;
+
+/// All limits of a motion, and what they add to cost, gradient and curvature.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RateBounds {
+    n_frames: usize,
+    is_given: Vec<bool>,
+    bounds: Vec<Bound>,
+    /// λ of each limit, interval and point.
+    multipliers: Vec<f64>,
+    /// μ; at 0 the limits are out of the way.
+    penalty: f64,
+    /// Half the gradient by the differences from frame to frame.
+    pull: Vec<f64>,
+    /// Half the curvature, of each degree of freedom over time.
+    pub(crate) curvature: BandedLines,
+    /// Which degrees of freedom have some.
+    pub(crate) is_bent: Vec<bool>,
+}
+
+/// One limit, where it bounds what moves.
+#[derive(Clone, Debug)]
+struct Bound {
+    limit: RateLimit,
+    dofs: Range<usize>,
+    /// The most, by steps instead of seconds.
+    most: f64,
+    /// What part of it is allowed: a little less than all, so that what is left over stays inside.
+    part: f64,
+}
+
+/// The points that bound the curve between two frames: by how much the differences before, here and after count.
+type Points = ([[f64; 3]; MOST_POINTS], usize);
+
+fn points(rate: Rate, interval: usize, n_intervals: usize) -> Points {
+    const NONE: [f64; 3] = [0.0; 3];
+    let (is_first, is_last) = (interval == 0, interval + 1 == n_intervals);
+    match (rate, is_first, is_last) {
+        (Rate::Speed, true, true) => ([[0.0, 1.0, 0.0], NONE, NONE], 1),
+        (Rate::Speed, true, false) => ([[0.0, 1.5, -0.5], [0.0, 1.0, 0.0], NONE], 2),
+        (Rate::Speed, false, true) => ([[0.5, 0.5, 0.0], [0.0, 1.0, 0.0], [-0.5, 1.5, 0.0]], 3),
+        (Rate::Speed, false, false) => ([[0.5, 0.5, 0.0], [-0.5, 2.0, -0.5], NONE], 2),
+        (_, true, true) => ([NONE; MOST_POINTS], 0),
+        (_, true, false) => ([[0.0, -1.0, 1.0], NONE, NONE], 1),
+        (_, false, true) => ([[-1.0, 1.0, 0.0], NONE, NONE], 1),
+        (_, false, false) => ([[-2.0, 3.0, -1.0], [1.0, -3.0, 2.0], NONE], 2),
+    }
+}
+
+/// The same by the frames around instead of the differences between them.
+fn by_frames([before, here, after]: [f64; 3]) -> [f64; 4] {
+    [-before, before - here, here - after, after]
+}
+
+/// A limit at one point of one interval.
+struct Place {
+    multiplier: usize,
+    interval: usize,
+    /// By how much the differences before, here and after count.
+    weights: [f64; 3],
+    /// What is bounded, its length, and the most.
+    x: [f64; 6],
+    length: f64,
+    most: f64,
+}
+
+impl RateBounds {
+    pub(crate) fn new(plan: &Plan, motion: &MotionProblem) -> Self {
+        let (n_frames, step) = (motion.timeline().n_frames(), motion.timeline().step_secs());
+        let bound = |limit: &RateLimit| {
+            let m = plan.movers.iter().find(|m| m.joint == limit.joint)?;
+            let is_meant = |k: &usize| m.is_translation(*k) == (limit.part == Part::Translation);
+            let own: Vec<usize> = (0..m.n_dofs).filter(is_meant).collect();
+            let most = limit.most * if limit.rate == Rate::Speed { step } else { step * step };
+            let dofs = m.dof + own.first()?..m.dof + own.last()? + 1;
+            Some(Bound { limit: *limit, dofs, most, part: 1.0 - MARGIN })
+        };
+        let bounds: Vec<Bound> = motion.rate_limits().iter().filter_map(bound).collect();
+        let n_multipliers = bounds.len() * n_frames * MOST_POINTS;
+        let size = if bounds.is_empty() { 0 } else { plan.n_dofs * n_frames };
+        Self {
+            n_frames,
+            is_given: (0..n_frames).map(|t| motion.given(t).is_some()).collect(),
+            bounds,
+            multipliers: vec![0.0; n_multipliers],
+            penalty: 0.0,
+            pull: vec![0.0; size],
+            curvature: BandedLines::default(),
+            is_bent: vec![false; plan.n_dofs],
+        }
+    }
+
+    /// Whether nothing is limited, or nothing is asked to hold limits now.
+    pub(crate) fn is_off(&self) -> bool {
+        self.penalty == 0.0 || self.bounds.is_empty()
+    }
+
+    /// The weight of what is beyond a limit; 0 lets all limits be. Multipliers begin anew.
+    pub(crate) fn begin(&mut self, penalty: f64) {
+        self.penalty = penalty;
+        self.multipliers.fill(0.0);
+        self.is_bent.fill(false);
+    }
+
+    /// Half the gradient by the differences from frame to frame, as of the last linearization; empty where there is
+    /// none.
+    pub(crate) fn pull(&self) -> &[f64] {
+        if self.is_off() { &[] } else { &self.pull }
+    }
+
+    pub(crate) fn penalty(&self) -> f64 {
+        self.penalty
+    }
+
+    /// Another weight of what is beyond a limit, multipliers as they are.
+    pub(crate) fn set_penalty(&mut self, penalty: f64) {
+        self.penalty = penalty;
+    }
+
+    /// Allows less of a limit: what is measured on the curve is more than the bounds say by this factor.
+    pub(crate) fn tighten(&mut self, limit: &RateLimit, factor: f64) {
+        for bound in self.bounds.iter_mut().filter(|b| b.limit == *limit) {
+            bound.part /= factor;
+        }
+    }
+
+    /// Shows every point of every limit, for differences from frame to frame.
+    fn visit(&self, n: usize, first: &[f64], mut show: impl FnMut(&Bound, &Place)) {
+        let n_intervals = self.n_frames.saturating_sub(1);
+        for (idx, bound) in self.bounds.iter().enumerate() {
+            for interval in 0..n_intervals {
+                let (points, n_points) = points(bound.limit.rate, interval, n_intervals);
+                for (point, weights) in points.into_iter().enumerate().take(n_points) {
+                    let frames = (0..4).filter(|i| by_frames(weights)[*i] != 0.0);
+                    if frames.map(|i| interval + i - 1).all(|t| self.is_given[t]) {
+                        // What was given is not to be changed.
+                        continue;
+                    }
+                    let mut x = [0.0; 6];
+                    for (i, w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+                        let at = (interval + i - 1) * n;
+                        for (x, k) in x.iter_mut().zip(bound.dofs.clone()) {
+                            *x += w * first[at + k];
+                        }
+                    }
+                    let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
+                    let multiplier = (idx * self.n_frames + interval) * MOST_POINTS + point;
+                    let most = bound.most * bound.part;
+                    show(bound, &Place { multiplier, interval, weights, x, length, most });
+                }
+            }
+        }
+    }
+
+    /// The push of a limit, 0 where it is kept with room to spare.
+    fn push(&self, place: &Place) -> f64 {
+        (self.multipliers[place.multiplier] + self.penalty * (place.length / place.most - 1.0)).max(0.0)
+    }
+
+    /// What the limits add to the cost.
+    pub(crate) fn cost(&self, n: usize, first: &[f64]) -> f64 {
+        let mut cost = 0.0;
+        if !self.is_off() {
+            self.visit(n, first, |_, place| {
+                cost += self.push(place).powi(2) / (2.0 * self.penalty);
+            });
+        }
+        cost
+    }
+
+    /// Fills gradient and curvature.
+    pub(crate) fn linearize(&mut self, n: usize, first: &[f64]) {
+        if self.is_off() {
+            return;
+        }
+        let (mut pull, mut curvature) = (std::mem::take(&mut self.pull), std::mem::take(&mut self.curvature));
+        let mut is_bent = std::mem::take(&mut self.is_bent);
+        pull.fill(0.0);
+        is_bent.fill(false);
+        curvature.clear(n, self.n_frames);
+        self.visit(n, first, |bound, place| {
+            let push = self.push(place);
+            if push == 0.0 || place.length == 0.0 {
+                return;
+            }
+            let along = 0.5 * push / (place.most * place.length);
+            // Straight on μ counts, sideways the push itself; the larger of them bounds both.
+            let bend = (0.5 * self.penalty / (place.most * place.most)).max(along);
+            for (i, w) in place.weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+                let at = (place.interval + i - 1) * n;
+                for (x, k) in place.x.iter().zip(bound.dofs.clone()) {
+                    pull[at + k] += w * along * x;
+                }
+            }
+            let of_frames = by_frames(place.weights);
+            for k in bound.dofs.clone() {
+                is_bent[k] = true;
+                for (i, a) in of_frames.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                    for (j, b) in of_frames.iter().enumerate().skip(i) {
+                        curvature.add(place.interval + i - 1, j - i, k, bend * a * b);
+                    }
+                }
+            }
+        });
+        (self.pull, self.curvature, self.is_bent) = (pull, curvature, is_bent);
+    }
+
+    /// Takes over the push of each limit as its multiplier; the answer is by how much the worst is exceeded,
+    /// relative to its most.
+    pub(crate) fn update(&mut self, n: usize, first: &[f64]) -> f64 {
+        let mut multipliers = self.multipliers.clone();
+        let mut worst = 0.0_f64;
+        self.visit(n, first, |_, place| {
+            multipliers[place.multiplier] = self.push(place);
+            worst = worst.max(place.length / place.most - 1.0);
+        });
+        self.multipliers = multipliers;
+        worst
+    }
+}
