@@ -1,7 +1,9 @@
 //! A clip as a smooth curve: sampling it anywhere, and how fast it moves there.
 
+use std::ops::Range;
+
 use super::Clip;
-use super::curve::Curve;
+use super::curve::{Curve, Dofs};
 use super::rates::{Part, Peak, Rate};
 use crate::joint::JointId;
 use crate::pose::Pose;
@@ -65,7 +67,8 @@ impl Clip {
     /// too, and when: the length of its velocity, in rad/s for its rotation (Euler: of the three angles'
     /// speeds) or m/s for its translation. 0 for a joint that has no such freedom of its own.
     ///
-    /// Found by dense sampling and refinement, to about a millionth.
+    /// Found by dense sampling and refinement, to about a millionth. Where a cone makes the ball leap, it is at
+    /// least the mean speed over an eighth of the way between two poses.
     #[must_use]
     pub fn peak_speed(&self, joint: JointId, part: Part) -> Peak {
         self.peak(joint, part, Rate::Speed)
@@ -73,46 +76,72 @@ impl Clip {
 
     /// As [`peak_speed`](Self::peak_speed), the largest acceleration: rad/s² or m/s². On this curve the
     /// acceleration jumps at poses; both sides count. Where a cone holds a ball back, so that its velocity jumps,
-    /// it is only known to be large.
+    /// it is
+    /// only known to be large: at least the mean over an eighth of the way between two poses.
     #[must_use]
     pub fn peak_acceleration(&self, joint: JointId, part: Part) -> Peak {
         self.peak(joint, part, Rate::Acceleration)
     }
 
-    fn peak(&self, joint: JointId, part: Part, rate: Rate) -> Peak {
-        const PARTS: u32 = 8;
+    pub(super) fn peak(&self, joint: JointId, part: Part, rate: Rate) -> Peak {
         let mut peak = Peak { value: 0.0, secs: self.times[0] };
         let dofs = part.dofs(self.rig(), joint);
         if dofs.is_empty() {
             return peak;
         }
         for before in 0..self.times.len() - 1 {
-            let curve = Curve::new(self, joint, before);
-            let at = |u: f64| {
-                let all = if rate == Rate::Speed { curve.velocity(u) } else { curve.acceleration(u) };
-                all[dofs.clone()].iter().map(|v| v * v).sum::<f64>().sqrt()
-            };
-            let mut best = (0.0, at(0.0));
-            for i in 1..=PARTS {
-                let u = f64::from(i) / f64::from(PARTS);
-                let value = at(u);
-                if value > best.1 {
-                    best = (u, value);
-                }
-            }
-            // What cannot win by refinement is not refined.
-            if best.1 * 1.1 > peak.value {
-                let reach = 1.0 / f64::from(PARTS);
-                let refined = largest(&at, (best.0 - reach).max(0.0), (best.0 + reach).min(1.0));
-                if refined.1 > best.1 {
-                    best = refined;
-                }
-            }
-            if best.1 > peak.value {
-                peak = Peak { value: best.1, secs: self.times[before] + best.0 * curve.secs };
+            let here = self.peak_between(joint, &dofs, rate, before, peak.value);
+            if here.value > peak.value {
+                peak = here;
             }
         }
         peak
+    }
+
+    /// The largest speed or acceleration of some of a joint's degrees of freedom between pose number `before` and the
+    /// next, which must exist. Where it is well below `floor`, it is only known to be that.
+    pub(super) fn peak_between(
+        &self,
+        joint: JointId,
+        dofs: &Range<usize>,
+        rate: Rate,
+        before: usize,
+        floor: f64,
+    ) -> Peak {
+        const PARTS: u32 = 8;
+        let curve = Curve::new(self, joint, before);
+        let all = |u: f64| if rate == Rate::Speed { curve.velocity(u) } else { curve.acceleration(u) };
+        let length = |all: Dofs| all[dofs.clone()].iter().map(|v| v * v).sum::<f64>().sqrt();
+        let at = |u: f64| length(all(u));
+        let mut best = (0.0, at(0.0));
+        for i in 1..=PARTS {
+            let u = f64::from(i) / f64::from(PARTS);
+            let value = at(u);
+            if value > best.1 {
+                best = (u, value);
+            }
+            if curve.is_in_cone {
+                // What a cone does at once lies between such points; the mean over each part sees it.
+                let part = [f64::from(i - 1) / f64::from(PARTS), u];
+                let mean = length(if rate == Rate::Speed {
+                    curve.mean_velocity(part)
+                } else {
+                    curve.mean_acceleration(part)
+                });
+                if mean > best.1 {
+                    best = (0.5 * (part[0] + part[1]), mean);
+                }
+            }
+        }
+        // What cannot win by refinement is not refined.
+        if best.1 * 1.1 > floor {
+            let reach = 1.0 / f64::from(PARTS);
+            let refined = largest(&at, (best.0 - reach).max(0.0), (best.0 + reach).min(1.0));
+            if refined.1 > best.1 {
+                best = refined;
+            }
+        }
+        Peak { value: best.1, secs: self.times[before] + best.0 * curve.secs }
     }
 
     /// Joints with degrees of freedom of their own.

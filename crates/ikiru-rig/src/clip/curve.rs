@@ -27,7 +27,7 @@ pub(super) struct Curve<'c> {
     /// `φ(u) = u (k₀ + u (k₁ + u k₂))`.
     k: [Dofs; 3],
     /// Whether the cone holds the joint on the way, as it does at both ends.
-    is_in_cone: bool,
+    pub(super) is_in_cone: bool,
 }
 
 /// How near to its limit a joint counts as inside, in radians.
@@ -73,7 +73,7 @@ impl<'c> Curve<'c> {
             let mut coords = self.unlimited_coords(u);
             if project_joint(self.motion, &mut coords[..self.n_coords]) {
                 // On its cone it moves as the cone lets it, which is seen by looking a little around.
-                return self.chord((u - 1e-4).max(0.0), (u + 1e-4).min(1.0));
+                return self.mean_velocity([(u - 1e-4).max(0.0), (u + 1e-4).min(1.0)]);
             }
         }
         let [k0, k1, k2] = &self.k;
@@ -90,13 +90,17 @@ impl<'c> Curve<'c> {
     /// The joint's acceleration at `u`: radians or metres a second² along each degree of freedom.
     pub(super) fn acceleration(&self, u: f64) -> Dofs {
         // The velocity is smooth: central differences are as exact as anyone can use.
-        let (a, b) = ((u - 1e-4).max(0.0), (u + 1e-4).min(1.0));
+        self.mean_acceleration([(u - 1e-4).max(0.0), (u + 1e-4).min(1.0)])
+    }
+
+    /// The mean acceleration between two values of `u`.
+    pub(super) fn mean_acceleration(&self, [a, b]: [f64; 2]) -> Dofs {
         let (before, after) = (self.velocity(a), self.velocity(b));
         std::array::from_fn(|i| (after[i] - before[i]) / ((b - a) * self.secs))
     }
 
     /// The mean velocity between two values of `u`.
-    fn chord(&self, a: f64, b: f64) -> Dofs {
+    pub(super) fn mean_velocity(&self, [a, b]: [f64; 2]) -> Dofs {
         let (from, to) = (self.coords(a), self.coords(b));
         let mut tangent = [0.0; 6];
         difference_joint(self.motion, &from[..self.n_coords], &to[..self.n_coords], &mut tangent);
