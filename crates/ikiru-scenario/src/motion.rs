@@ -1,8 +1,8 @@
 //! `[motion]`: a scenario as a motion over time.
 
+use glam::DVec3;
 use ikiru_formats::Loaded;
 use ikiru_rig::{Clip, JointId, Pose, RateLimit, Rig};
-use glam::DVec3;
 use ikiru_solve::objectives::{Gaze, LookAt, Position};
 use ikiru_solve::{
     MotionError, MotionProblem, MotionWorkspace, PlannedMotion, Problem, Solver, TargetPath, Timeline,
@@ -139,7 +139,8 @@ pub(crate) fn read(
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<MotionSettings>, Error> {
     let Some(table) = scenario.table("motion")? else { return Ok(None) };
-    let own = ["duration_secs", "rate", "points", "smoothness", "fixed_start", "end", "free_duration", "limits"];
+    let own =
+        ["duration_secs", "rate", "points", "smoothness", "fixed_start", "end", "free_duration", "limits"];
     let keys: Vec<&'static str> = own.into_iter().chain(rate_limits::KEYS).collect();
     table.only(&keys)?;
     let timeline = timeline(&table)?;
@@ -167,8 +168,10 @@ pub(crate) fn read(
     if let Some(value) = table.get("free_duration") {
         free_duration = value.truth()?;
         if free_duration && rate_limits.is_empty() {
-            let (place, found) = ("[motion] with 'free_duration'".to_owned(), "no limits on rates".to_owned());
-            let expected = "'max_speed_deg', 'max_acceleration_deg', 'max_speed' or 'max_acceleration' beside it";
+            let (place, found) =
+                ("[motion] with 'free_duration'".to_owned(), "no limits on rates".to_owned());
+            let expected =
+                "'max_speed_deg', 'max_acceleration_deg', 'max_speed' or 'max_acceleration' beside it";
             return Err(value.error(ErrorKind::Alternatives { place, found, expected }));
         }
     }

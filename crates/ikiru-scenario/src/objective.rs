@@ -125,9 +125,7 @@ fn keys(kind: &str) -> &'static [&'static str] {
         "position" => &["joint", "point", "target", "path", "tolerance"],
         "orientation" => &["joint", "target_rotation", "euler_deg", "tolerance_deg"],
         "pose" => &["joint", "point", "target", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"],
-        "look_at" => {
-            &["joint", "axis", "target", "path", "length", "offset_from_tip", "tolerance_deg"]
-        }
+        "look_at" => &["joint", "axis", "target", "path", "length", "offset_from_tip", "tolerance_deg"],
         "direction" => &["joint", "axis", "target", "tolerance_deg"],
         "relative_pose" => {
             &["joint", "base", "position", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"]

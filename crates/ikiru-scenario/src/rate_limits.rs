@@ -22,8 +22,7 @@ pub(crate) fn read(rig: &Rig, active: &[JointId], motion: &Table<'_>) -> Result<
     for value in motion.table("limits")?.iter().flat_map(Table::entries) {
         let joint = joint_of_key(rig, &value)?;
         if let Some((_, first, _)) = own.iter().find(|(other, _, _)| *other == joint) {
-            let (place, first, second) =
-                ("[motion.limits]".to_owned(), first.key.clone(), value.key.clone());
+            let (place, first, second) = ("[motion.limits]".to_owned(), first.key.clone(), value.key.clone());
             return Err(value.key_error(ErrorKind::Twice { place, first, second }));
         }
         let table = value.table(format!("[motion.limits.{}]", value.key))?;

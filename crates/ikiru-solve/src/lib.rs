@@ -22,8 +22,8 @@ pub mod objectives;
 
 pub use check::{CheckError, check_jacobian};
 pub use motion::{
-    MotionError, MotionProblem, MotionReport, MotionTermReport, MotionWorkspace, PlannedMotion, Timeline,
-    TimelineError, When,
+    MotionError, MotionProblem, MotionReport, MotionTermReport, MotionWorkspace, PlannedMotion, TargetPath,
+    TargetPathError, Timeline, TimelineError, When,
 };
 pub use objective::{Inputs, Loss, Objective, Part, Reach, Rows, Unit};
 pub use options::{AdamOptions, Method, Search, SolverOptions};

@@ -3,6 +3,8 @@
 use super::rates::{Part, Peak, Rate};
 use super::{Clip, ClipError};
 use crate::joint::JointId;
+use crate::pose::Pose;
+use crate::rig::Rig;
 
 /// How far above its limit a peak may be, relative to it: rounding is no excess.
 const TOLERANCE: f64 = 1e-9;
@@ -28,6 +30,32 @@ pub struct RateExcess {
     pub limit: RateLimit,
     /// The largest value of what it limits, and when.
     pub peak: Peak,
+}
+
+impl RateLimit {
+    /// Whether the limit means something for a rig.
+    ///
+    /// # Errors
+    /// When it is on a joint that the rig does not have, on a jerk, on a motion that the joint does not have, or not a
+    /// finite number above 0.
+    pub fn check(&self, rig: &Rig) -> Result<(), ClipError> {
+        let Self { joint: id, part, rate, most } = *self;
+        let Some(data) = rig.get(id) else {
+            return Err(ClipError::NoJoint { joint: id.index(), n_joints: rig.n_joints() });
+        };
+        let joint = || data.name.clone();
+        if rate == Rate::Jerk {
+            return Err(ClipError::RateLimitJerk { joint: joint() });
+        }
+        if !most.is_finite() || most <= 0.0 {
+            return Err(ClipError::RateLimitMost { joint: joint(), part, rate, most });
+        }
+        if !part.is_of(rig, id) {
+            let motion = if data.mimic.is_some() { "a follower of another" } else { data.motion.name() };
+            return Err(ClipError::RateLimitPart { joint: joint(), motion, part });
+        }
+        Ok(())
+    }
 }
 
 impl RateExcess {
@@ -63,25 +91,13 @@ impl Clip {
     /// Refuses limits that mean nothing for this clip.
     fn check_rate_limits(&self, limits: &[RateLimit]) -> Result<(), ClipError> {
         let rig = self.rig();
-        for RateLimit { joint: id, part, rate, most } in limits.iter().copied() {
-            let Some(data) = rig.get(id) else {
-                return Err(ClipError::NoJoint { joint: id.index(), n_joints: rig.n_joints() });
-            };
-            let joint = || data.name.clone();
-            if rate == Rate::Jerk {
-                return Err(ClipError::RateLimitJerk { joint: joint() });
-            }
-            if !most.is_finite() || most <= 0.0 {
-                return Err(ClipError::RateLimitMost { joint: joint(), part, rate, most });
-            }
-            if part.dofs(rig, id).is_empty() {
-                let motion = if data.mimic.is_some() { "a follower of another" } else { data.motion.name() };
-                return Err(ClipError::RateLimitPart { joint: joint(), motion, part });
-            }
-            let is_finite =
-                |pose: &crate::Pose| pose.coords()[rig.coords_of(id)].iter().all(|c| c.is_finite());
+        for limit in limits {
+            limit.check(rig)?;
+            let at = rig.coords_of(limit.joint);
+            let is_finite = |pose: &Pose| pose.coords()[at.clone()].iter().all(|c| c.is_finite());
             if let Some(pose) = self.poses.iter().position(|pose| !is_finite(pose)) {
-                return Err(ClipError::NotFinite { pose, joint: joint() });
+                let joint = rig.joints()[limit.joint.index()].name.clone();
+                return Err(ClipError::NotFinite { pose, joint });
             }
         }
         Ok(())

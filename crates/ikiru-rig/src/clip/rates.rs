@@ -67,6 +67,12 @@ impl Part {
         }
     }
 
+    /// Whether a joint has degrees of freedom of its own of this part.
+    #[must_use]
+    pub fn is_of(self, rig: &Rig, joint: JointId) -> bool {
+        !self.dofs(rig, joint).is_empty()
+    }
+
     /// Which of a joint's own degrees of freedom, counted from its first, belong to this part.
     pub(super) fn dofs(self, rig: &Rig, joint: JointId) -> Range<usize> {
         let Some(data) = rig.get(joint).filter(|data| data.n_dofs() > 0) else { return 0..0 };

@@ -134,10 +134,7 @@ mod tests {
         let new = |times: &[f64], points: &[DVec3]| TargetPath::new(times.to_vec(), points.to_vec());
         assert_eq!(new(&[], &[]), Err(TargetPathError::Count { times: 0, points: 0 }));
         assert_eq!(new(&[0.0], &[]), Err(TargetPathError::Count { times: 1, points: 0 }));
-        assert_eq!(
-            new(&[0.0, 0.0], &[DVec3::ZERO; 2]),
-            Err(TargetPathError::Time { idx: 1, secs: 0.0 })
-        );
+        assert_eq!(new(&[0.0, 0.0], &[DVec3::ZERO; 2]), Err(TargetPathError::Time { idx: 1, secs: 0.0 }));
         assert!(matches!(new(&[f64::NAN], &[DVec3::ZERO]), Err(TargetPathError::Time { idx: 0, .. })));
         assert_eq!(new(&[0.0], &[DVec3::NAN]), Err(TargetPathError::Point(0)));
     }

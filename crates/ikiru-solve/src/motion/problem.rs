@@ -2,7 +2,7 @@
 
 use std::ops::{Index, IndexMut, Range};
 
-use ikiru_rig::{JointId, Pose, RateLimit, RateLimitError, Rig};
+use ikiru_rig::{ClipError, JointId, Pose, RateLimit, Rig};
 
 use crate::motion::timeline::{Timeline, TimelineError};
 use crate::objective::Objective;
@@ -59,7 +59,7 @@ pub enum MotionError {
     Smoothness([f64; 3]),
     /// A limit on speed or acceleration that means nothing for the rig.
     #[error(transparent)]
-    RateLimit(#[from] RateLimitError),
+    RateLimit(#[from] ClipError),
     /// The id of a term of another problem.
     #[error("the motion has no term {0} with such an objective: its id is of another motion")]
     Term(usize),

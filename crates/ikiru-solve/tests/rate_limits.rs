@@ -1,0 +1,241 @@
+//! Motions under limits on speed and acceleration: none is exceeded anywhere on the curve, what can be reached is
+//! reached, and what cannot names joint and time.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use glam::DVec3;
+use ikiru_rig::{
+    Clip, ClipError, EulerOrder, Joint, JointId, Motion, Part, Pose, Range, Rate, RateLimit, Rig, RigBuilder,
+};
+use ikiru_solve::objectives::{Orientation, Position};
+use ikiru_solve::{
+    AdamOptions, Invalid, Method, MotionError, MotionProblem, MotionWorkspace, PlannedMotion, Solver,
+    SolverOptions, StopReason, Timeline, When,
+};
+use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+/// A joint of some motion, and a tip half a metre along x.
+fn one(motion: Motion) -> (Rig, JointId, JointId) {
+    let mut builder = RigBuilder::new();
+    let mut joint = Joint::new("joint", None);
+    joint.motion = motion;
+    let joint = builder.add(joint);
+    let mut tip = Joint::new("tip", Some(joint));
+    tip.rest_translation = DVec3::X * 0.5;
+    let tip = builder.add(tip);
+    (builder.build().unwrap(), joint, tip)
+}
+
+fn hinge() -> Motion {
+    Motion::Hinge { axis: DVec3::Z, range: Range::new(-3.0, 3.0) }
+}
+
+fn limit(joint: JointId, part: Part, rate: Rate, most: f64) -> RateLimit {
+    RateLimit { joint, part, rate, most }
+}
+
+fn plan(motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
+    let still = Clip::new("still", vec![0.0], vec![guess.clone()]).unwrap();
+    let solver = Solver::new(SolverOptions { max_iterations: 200, ..SolverOptions::default() });
+    solver.plan(motion, &still, &mut MotionWorkspace::default())
+}
+
+/// The largest speed and acceleration of a joint, by differences of poses on the curve.
+fn measured(clip: &Clip, joint: JointId, part: Part) -> (f64, f64) {
+    let rig = clip.rig();
+    let own: Vec<usize> = rig.dofs_of(joint).collect();
+    let is_free = matches!(rig.get(joint).unwrap().motion, Motion::Free { .. });
+    let dofs = match (is_free, part) {
+        (true, Part::Translation) => own[..3].to_vec(),
+        (true, Part::Rotation) => own[3..].to_vec(),
+        _ => own,
+    };
+    let h = 2e-5;
+    let velocity = |secs: f64| -> Vec<f64> {
+        let way = clip.sample_cubic(secs - h).difference(&clip.sample_cubic(secs + h)).unwrap();
+        dofs.iter().map(|k| way[*k] / (2.0 * h)).collect()
+    };
+    let length = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let (mut speed, mut acceleration) = (0.0_f64, 0.0_f64);
+    for pair in clip.times().windows(2) {
+        // Inside of one piece of the curve, where both are smooth.
+        for part in [0.02, 0.3, 0.5, 0.7, 0.98] {
+            let secs = pair[0] + part * (pair[1] - pair[0]);
+            let before = velocity(secs - 2.0 * h);
+            let after = velocity(secs + 2.0 * h);
+            speed = speed.max(length(&velocity(secs)));
+            let rate: Vec<f64> = before.iter().zip(&after).map(|(a, b)| (b - a) / (4.0 * h)).collect();
+            acceleration = acceleration.max(length(&rate));
+        }
+    }
+    (speed, acceleration)
+}
+
+#[test]
+fn a_hinge_goes_as_far_as_its_speed_lets_it() {
+    let (rig, joint, tip) = one(hinge());
+    let goal = |angle: f64| DVec3::new(0.5 * angle.cos(), 0.5 * angle.sin(), 0.0);
+    for (most, reaches) in [(2.2, true), (1.5, false)] {
+        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+        motion.set_smoothness([0.0, 0.0, 1e-4]).unwrap();
+        motion.fix_start(&rig.rest_pose()).unwrap();
+        motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, most)]).unwrap();
+        let id = motion.add(1.0, When::End, Position::new(tip, goal(2.0))).unwrap();
+        let planned = plan(&motion, &rig.rest_pose());
+        let end = planned.clip.poses().last().unwrap().coords()[0];
+        assert!(planned.report.exceeded.is_empty());
+        assert_eq!(planned.report.success, reaches, "{:?}", planned.report);
+        assert_eq!(planned.report.terms[id.index()].satisfied, reaches);
+        let (speed, _) = measured(&planned.clip, joint, Part::Rotation);
+        assert!(speed <= most * (1.0 + 1e-6), "{speed} of {most}");
+        // As far as full speed all the time gets it, but for the margin that is kept.
+        let expected = f64::min(2.0, most);
+        assert!((end - expected).abs() < 0.003 * expected, "{end} of {expected}");
+    }
+}
+
+#[test]
+fn accelerations_hold_and_what_can_be_reached_is() {
+    // From rest (two frames of it) to rest, 1 rad in 1 s: at least 4 rad/s² are needed, 2 rad/s in between.
+    let (rig, joint, tip) = one(hinge());
+    let timeline = Timeline::seconds(1.0, 60.0).unwrap();
+    for (most, reaches) in [(5.0, true), (2.0, false)] {
+        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        motion.set_smoothness([0.0, 1e-4, 1e-4]).unwrap();
+        motion.fix_history(&[rig.rest_pose(), rig.rest_pose()]).unwrap();
+        motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Acceleration, most)]).unwrap();
+        let goal = DVec3::new(0.5 * 1.0_f64.cos(), 0.5 * 1.0_f64.sin(), 0.0);
+        // At rest there: the last four frames are at the goal.
+        let span = When::Span { from: 57.0 / 60.0, to: 1.0 };
+        motion.add(10.0, span, Position::new(tip, goal)).unwrap();
+        let planned = plan(&motion, &rig.rest_pose());
+        assert_eq!(planned.report.success, reaches, "{:?}", planned.report);
+        let (_, acceleration) = measured(&planned.clip, joint, Part::Rotation);
+        assert!(acceleration <= most * (1.0 + 1e-4), "{acceleration} of {most}");
+        assert!(acceleration > 0.9 * most.min(4.6), "what is allowed is used: {acceleration}");
+    }
+}
+
+#[test]
+fn every_joint_of_any_rig_keeps_its_limits() {
+    let mut random = Random::new(11);
+    let mut limited = 0;
+    for case in 0..12 {
+        let rig = random_rig(7, case);
+        let start = random_pose(&rig, &mut random);
+        let goal = random_pose(&rig, &mut random);
+        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 20.0).unwrap());
+        motion.set_smoothness([1e-4; 3]).unwrap();
+        motion.fix_start(&start).unwrap();
+        let tip = JointId::from_index(rig.n_joints() - 1);
+        let frame = goal.frame(tip);
+        motion.add(1.0, When::End, Position::new(tip, frame.origin.value())).unwrap();
+        motion.add(0.1, When::At(0.5), Orientation::new(tip, goal.rotation_in_world(tip))).unwrap();
+        let free = plan(&motion, &start);
+        assert!(free.report.exceeded.is_empty());
+        // Half of what each joint would like.
+        let mut limits = Vec::new();
+        for joint in rig.ids() {
+            for part in [Part::Rotation, Part::Translation] {
+                let (peak, bend) =
+                    (free.clip.peak_speed(joint, part), free.clip.peak_acceleration(joint, part));
+                // A ball that its cone stops at once has no acceleration to speak of.
+                let has_cone = rig.get(joint).unwrap().motion.cone().is_some();
+                if peak.value > 0.05 {
+                    limits.push(limit(joint, part, Rate::Speed, 0.5 * peak.value));
+                    if bend.value > 0.05 && !has_cone {
+                        limits.push(limit(joint, part, Rate::Acceleration, 0.5 * bend.value));
+                    }
+                }
+            }
+        }
+        motion.set_rate_limits(&limits).unwrap();
+        let planned = plan(&motion, &start);
+        assert!(planned.report.exceeded.is_empty(), "case {case}: {:?}", planned.report.exceeded);
+        for limit in &limits {
+            let (speed, acceleration) = measured(&planned.clip, limit.joint, limit.part);
+            let value = if limit.rate == Rate::Speed { speed } else { acceleration };
+            assert!(value <= limit.most * (1.0 + 1e-4) + 1e-6, "case {case}: {value} is above {limit:?}");
+        }
+        assert!(planned.clip.poses().iter().all(|p| p.limit_violation() <= 1e-9));
+        limited += limits.len();
+    }
+    assert!(limited > 60, "{limited}");
+}
+
+#[test]
+fn limits_that_do_not_bind_change_nothing() {
+    let (rig, joint, tip) = one(hinge());
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    motion.add(1.0, When::End, Position::new(tip, DVec3::new(0.4, 0.3, 0.0))).unwrap();
+    let free = plan(&motion, &rig.rest_pose());
+    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 50.0)]).unwrap();
+    let limited = plan(&motion, &rig.rest_pose());
+    assert_eq!((free.clip, free.report), (limited.clip, limited.report));
+}
+
+#[test]
+fn what_is_given_too_far_apart_names_joint_and_time() {
+    let (rig, joint, _) = one(hinge());
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    let mut end = rig.rest_pose();
+    end.set_value(joint, 2.0).unwrap();
+    motion.fix_end(Some(&end)).unwrap();
+    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.0)]).unwrap();
+    let planned = plan(&motion, &rig.rest_pose());
+    assert!(!planned.report.success);
+    let [excess] = planned.report.exceeded[..] else { panic!("{:?}", planned.report.exceeded) };
+    assert_eq!(excess.limit.joint, joint);
+    assert!(excess.peak.value > 1.9 && (0.0..=1.0).contains(&excess.peak.secs), "{excess:?}");
+    // With as much speed as it takes they are kept.
+    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 2.02)]).unwrap();
+    let planned = plan(&motion, &rig.rest_pose());
+    assert!(planned.report.success, "{:?}", planned.report);
+}
+
+#[test]
+fn limits_that_mean_nothing_are_refused() {
+    let (rig, joint, _) = one(hinge());
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    for most in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, most)]);
+        assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::RateLimitMost { .. }))), "{most}");
+    }
+    let refused = motion.set_rate_limits(&[limit(joint, Part::Translation, Rate::Speed, 1.0)]);
+    assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::RateLimitPart { .. }))));
+    let refused = motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Jerk, 1.0)]);
+    assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::RateLimitJerk { .. }))));
+    let unknown = JointId::from_index(99);
+    let refused = motion.set_rate_limits(&[limit(unknown, Part::Rotation, Rate::Speed, 1.0)]);
+    assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::NoJoint { .. }))));
+    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.0)]).unwrap();
+    let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
+    let options = SolverOptions { method: Method::Adam(AdamOptions::default()), ..SolverOptions::default() };
+    let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default());
+    assert_eq!(planned.report.stop, StopReason::InvalidInput);
+    assert!(matches!(planned.report.invalid, Some(Invalid::Options(_))));
+}
+
+#[test]
+fn a_ball_and_a_slider_keep_theirs() {
+    let slider = Motion::Slider { axis: DVec3::X, range: Range::new(-2.0, 2.0) };
+    let ranges = [Range::new(-2.0, 2.0); 3];
+    let euler = Motion::Euler { order: EulerOrder::Zyx, ranges };
+    for (motion, part) in
+        [(slider, Part::Translation), (Motion::Ball { cone: None }, Part::Rotation), (euler, Part::Rotation)]
+    {
+        let (rig, joint, tip) = one(motion);
+        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+        motion.set_smoothness([0.0, 1e-5, 1e-5]).unwrap();
+        motion.fix_start(&rig.rest_pose()).unwrap();
+        let goal = if part == Part::Translation { DVec3::X * 1.4 } else { DVec3::new(-0.2, 0.3, 0.34641) };
+        motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
+        let most = if part == Part::Translation { 0.6 } else { 1.2 };
+        motion.set_rate_limits(&[limit(joint, part, Rate::Speed, most)]).unwrap();
+        let planned = plan(&motion, &rig.rest_pose());
+        let (speed, _) = measured(&planned.clip, joint, part);
+        assert!(speed <= most * (1.0 + 1e-6) && speed > 0.98 * most, "{speed} of {most}");
+        assert!(planned.report.exceeded.is_empty() && !planned.report.success);
+    }
+}
