@@ -45,7 +45,8 @@ pub mod humanoid;
 pub mod kinematics;
 
 pub use clip::{
-    Clip, ClipError, ClipMeasure, LimitMargin, Margin, Part, Peak, Rate, RateSummaries, RateSummary, Rates,
+    Clip, ClipError, ClipMeasure, LimitMargin, Margin, Part, Peak, Rate, RateExcess, RateLimit,
+    RateSummaries, RateSummary, Rates,
 };
 pub use dual::Dual;
 pub use frame::{Frame, Rotation, Vec3};

@@ -8,10 +8,12 @@ mod cubic;
 mod curve;
 mod edit;
 mod measure;
+mod rate_limit;
 mod rates;
 mod turn;
 
 pub use measure::{ClipMeasure, LimitMargin, Margin, RateSummaries};
+pub use rate_limit::{RateExcess, RateLimit};
 pub use rates::{Part, Peak, Rate, RateSummary, Rates};
 
 use crate::pose::Pose;
@@ -66,6 +68,54 @@ pub enum ClipError {
         n_poses: f64,
         /// How many there may be.
         most: usize,
+    },
+    /// A limit on the speed or acceleration of a joint that the rig does not have.
+    #[error("the rig has no joint {joint} to limit: expected a number below {n_joints}")]
+    NoJoint {
+        /// Its position in the list of joints.
+        joint: usize,
+        /// How many joints the rig has.
+        n_joints: usize,
+    },
+    /// A limit on a jerk.
+    #[error("joint '{joint}': a jerk cannot be limited, only a speed or an acceleration")]
+    RateLimitJerk {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A largest speed or acceleration that is not finite or not above 0.
+    #[error(
+        "joint '{joint}': its largest {} must be a finite number of {} above 0, not {most}; \
+         leave the limit out where there is none",
+        .rate.name(), .part.unit(*.rate)
+    )]
+    RateLimitMost {
+        /// Name of the joint.
+        joint: String,
+        /// What of its motion was to be limited.
+        part: Part,
+        /// Its speed or its acceleration.
+        rate: Rate,
+        /// What was given.
+        most: f64,
+    },
+    /// A limit on a motion that the joint does not have.
+    #[error("joint '{joint}' is {motion}: it has no {} of its own to limit", .part.name())]
+    RateLimitPart {
+        /// Name of the joint.
+        joint: String,
+        /// How it moves.
+        motion: &'static str,
+        /// What of its motion was to be limited.
+        part: Part,
+    },
+    /// A joint with a limit whose numbers are not finite, so that nobody can say how fast it moves.
+    #[error("pose {pose}: the numbers of joint '{joint}' must be finite for its speed to be limited")]
+    NotFinite {
+        /// Position of the pose.
+        pose: usize,
+        /// Name of the joint.
+        joint: String,
     },
 }
 

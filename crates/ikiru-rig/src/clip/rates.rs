@@ -26,6 +26,15 @@ impl Rate {
     pub fn order(self) -> usize {
         self as usize + 1
     }
+
+    /// What it is called in messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Acceleration => "acceleration",
+            Self::Jerk => "jerk",
+        }
+    }
 }
 
 /// What of a joint's motion is measured: radians and metres cannot be added up.
@@ -38,6 +47,26 @@ pub enum Part {
 }
 
 impl Part {
+    /// What it is called in messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Rotation => "rotation",
+            Self::Translation => "translation",
+        }
+    }
+
+    /// The unit of one of its derivatives.
+    pub(super) fn unit(self, rate: Rate) -> &'static str {
+        match (self, rate) {
+            (Self::Rotation, Rate::Speed) => "rad/s",
+            (Self::Rotation, Rate::Acceleration) => "rad/s²",
+            (Self::Rotation, Rate::Jerk) => "rad/s³",
+            (Self::Translation, Rate::Speed) => "m/s",
+            (Self::Translation, Rate::Acceleration) => "m/s²",
+            (Self::Translation, Rate::Jerk) => "m/s³",
+        }
+    }
+
     /// Which of a joint's own degrees of freedom, counted from its first, belong to this part.
     pub(super) fn dofs(self, rig: &Rig, joint: JointId) -> Range<usize> {
         let Some(data) = rig.get(joint).filter(|data| data.n_dofs() > 0) else { return 0..0 };

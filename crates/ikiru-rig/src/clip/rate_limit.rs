@@ -1,0 +1,89 @@
+//! The most that a joint's speed or acceleration may be, and where a clip goes beyond it.
+
+use super::rates::{Part, Peak, Rate};
+use super::{Clip, ClipError};
+use crate::joint::JointId;
+
+/// How far above its limit a peak may be, relative to it: rounding is no excess.
+const TOLERANCE: f64 = 1e-9;
+
+/// The most that one joint's speed or acceleration may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateLimit {
+    /// Whose it is: a joint with a degree of freedom of its own.
+    pub joint: JointId,
+    /// What of its motion is limited. The length over its degrees of freedom is meant, as in
+    /// [`Clip::peak_speed`].
+    pub part: Part,
+    /// [`Rate::Speed`] or [`Rate::Acceleration`]; a jerk is refused.
+    pub rate: Rate,
+    /// Above 0: rad/s or m/s for a speed, rad/s² or m/s² for an acceleration.
+    pub most: f64,
+}
+
+/// A limit that a clip does not keep, and where it is furthest above it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateExcess {
+    /// The limit.
+    pub limit: RateLimit,
+    /// The largest value of what it limits, and when.
+    pub peak: Peak,
+}
+
+impl RateExcess {
+    /// The peak as a multiple of its limit: above 1.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.peak.value / self.limit.most
+    }
+}
+
+impl Clip {
+    /// The limits that the clip does not keep anywhere on the curve of [`sample_cubic`](Self::sample_cubic), the worst
+    /// ([`RateExcess::ratio`]) first; empty where it keeps all of them.
+    ///
+    /// A peak up to a part in 10⁹ above its limit counts as kept. Peaks are found as in
+    /// [`peak_speed`](Self::peak_speed) and [`peak_acceleration`](Self::peak_acceleration), for the joints with
+    /// limits alone: time grows with the number of poses times that of limits.
+    ///
+    /// # Errors
+    /// When a limit is on a joint that the rig does not have, on a jerk, on a motion that the joint does not have,
+    /// or not a finite number above 0; and when a pose has a number of such a joint that is not finite.
+    pub fn exceeded(&self, limits: &[RateLimit]) -> Result<Vec<RateExcess>, ClipError> {
+        self.check_rate_limits(limits)?;
+        let mut excesses: Vec<RateExcess> = limits
+            .iter()
+            .map(|limit| RateExcess { limit: *limit, peak: self.peak(limit.joint, limit.part, limit.rate) })
+            .filter(|excess| excess.peak.value > excess.limit.most * (1.0 + TOLERANCE))
+            .collect();
+        excesses.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
+        Ok(excesses)
+    }
+
+    /// Refuses limits that mean nothing for this clip.
+    fn check_rate_limits(&self, limits: &[RateLimit]) -> Result<(), ClipError> {
+        let rig = self.rig();
+        for RateLimit { joint: id, part, rate, most } in limits.iter().copied() {
+            let Some(data) = rig.get(id) else {
+                return Err(ClipError::NoJoint { joint: id.index(), n_joints: rig.n_joints() });
+            };
+            let joint = || data.name.clone();
+            if rate == Rate::Jerk {
+                return Err(ClipError::RateLimitJerk { joint: joint() });
+            }
+            if !most.is_finite() || most <= 0.0 {
+                return Err(ClipError::RateLimitMost { joint: joint(), part, rate, most });
+            }
+            if part.dofs(rig, id).is_empty() {
+                let motion = if data.mimic.is_some() { "a follower of another" } else { data.motion.name() };
+                return Err(ClipError::RateLimitPart { joint: joint(), motion, part });
+            }
+            let is_finite =
+                |pose: &crate::Pose| pose.coords()[rig.coords_of(id)].iter().all(|c| c.is_finite());
+            if let Some(pose) = self.poses.iter().position(|pose| !is_finite(pose)) {
+                return Err(ClipError::NotFinite { pose, joint: joint() });
+            }
+        }
+        Ok(())
+    }
+}
