@@ -94,7 +94,12 @@ fn what_is_no_limit_is_refused_and_says_why() {
     let rig = rig();
     let clip = clip(&rig);
     let good = limit(0, Part::Rotation, Rate::Speed, 1e9);
-    let refused = |limit: RateLimit| clip.exceeded(&[good, limit]).unwrap_err();
+    let refused = |limit: RateLimit| {
+        let error = clip.exceeded(&[good, limit]).unwrap_err();
+        // Of a clip that is retimed as well.
+        assert_eq!(format!("{:?}", clip.retime(&[good, limit], 60.0).unwrap_err()), format!("{error:?}"));
+        error
+    };
     for most in [0.0, -1.0, f64::INFINITY, f64::NAN] {
         let error = refused(limit(1, Part::Translation, Rate::Acceleration, most));
         assert!(matches!(&error, ClipError::RateLimitMost { joint, .. } if joint == "slider"));

@@ -5,7 +5,7 @@ use super::{Clip, ClipError};
 use crate::joint::JointId;
 
 /// How far above its limit a peak may be, relative to it: rounding is no excess.
-const TOLERANCE: f64 = 1e-9;
+pub(super) const TOLERANCE: f64 = 1e-9;
 
 /// The most that one joint's speed or acceleration may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
