@@ -46,7 +46,7 @@ pub mod kinematics;
 
 pub use clip::{
     Clip, ClipError, ClipMeasure, LimitMargin, Margin, Part, Peak, Rate, RateExcess, RateLimit,
-    RateSummaries, RateSummary, Rates,
+    RateSummaries, RateSummary, Rates, Retimed,
 };
 pub use dual::Dual;
 pub use frame::{Frame, Rotation, Vec3};

@@ -96,6 +96,8 @@ fn what_is_no_limit_is_refused_and_says_why() {
     let good = limit(0, Part::Rotation, Rate::Speed, 1e9);
     let refused = |limit: RateLimit| {
         let error = clip.exceeded(&[good, limit]).unwrap_err();
+        // Of a clip that is retimed as well.
+        assert_eq!(format!("{:?}", clip.retime(&[good, limit], 60.0).unwrap_err()), format!("{error:?}"));
         error
     };
     for most in [0.0, -1.0, f64::INFINITY, f64::NAN] {

@@ -129,7 +129,7 @@ fn every_joint_of_any_rig_keeps_its_limits() {
         let tip = JointId::from_index(rig.n_joints() - 1);
         let frame = goal.frame(tip);
         motion.add(1.0, When::End, Position::new(tip, frame.origin.value())).unwrap();
-        motion.add(0.1, When::At(0.5), Orientation::new(tip, goal.rotation_in_world(tip))).unwrap();
+        motion.add(0.1, When::At(0.5), Orientation::new(tip, goal.frame(tip).rotation.quaternion())).unwrap();
         let free = plan(&motion, &start);
         assert!(free.report.exceeded.is_empty());
         // Half of what each joint would like.
@@ -238,4 +238,40 @@ fn a_ball_and_a_slider_keep_theirs() {
         assert!(speed <= most * (1.0 + 1e-6) && speed > 0.98 * most, "{speed} of {most}");
         assert!(planned.report.exceeded.is_empty() && !planned.report.success);
     }
+}
+
+#[test]
+fn a_free_duration_takes_as_long_as_the_limits_ask_for() {
+    let (rig, joint, tip) = one(hinge());
+    let goal = |angle: f64| DVec3::new(0.5 * angle.cos(), 0.5 * angle.sin(), 0.0);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(4.0, 30.0).unwrap());
+    motion.set_smoothness([0.0, 1e-4, 1e-3]).unwrap();
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    let near = motion.add(1.0, When::At(3.0), Position::new(tip, goal(0.1))).unwrap();
+    let far = motion.add(1.0, When::End, Position::new(tip, goal(2.2))).unwrap();
+    let free = plan(&motion, &rig.rest_pose());
+    let limits = [
+        limit(joint, Part::Rotation, Rate::Speed, 1.0),
+        limit(joint, Part::Rotation, Rate::Acceleration, 6.0),
+    ];
+    motion.set_rate_limits(&limits).unwrap();
+    motion.set_free_duration(true);
+    let planned = plan(&motion, &rig.rest_pose());
+    assert!(planned.report.success && planned.report.exceeded.is_empty(), "{:?}", planned.report);
+    // The same poses, later: all terms hold as they did.
+    assert_eq!(planned.clip.poses(), free.clip.poses());
+    assert_eq!(planned.report.cost, free.report.cost);
+    let (speed, acceleration) = measured(&planned.clip, joint, Part::Rotation);
+    assert!(speed <= 1.0 + 1e-6 && acceleration <= 6.0 + 1e-3, "{speed} {acceleration}");
+    assert!(speed > 0.95, "no slower than it must be: {speed}");
+    let (near, far) = (&planned.report.terms[near.index()], &planned.report.terms[far.index()]);
+    assert_eq!(far.to_secs, *planned.clip.times().last().unwrap());
+    assert!(planned.clip.times().contains(&near.from_secs));
+    // What was slow enough keeps its tempo: the fast part lies behind the first key.
+    assert!((near.from_secs - 3.0).abs() < 0.35 && far.to_secs > 4.8, "{near:?} {far:?}");
+    // Adam plans as if there were no limits, so that it knows free durations too.
+    let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
+    let options = SolverOptions { method: Method::Adam(AdamOptions::default()), ..SolverOptions::default() };
+    let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default());
+    assert!(planned.report.exceeded.is_empty() && planned.report.invalid.is_none());
 }

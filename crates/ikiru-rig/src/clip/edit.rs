@@ -10,7 +10,7 @@ const STEP_SECS: f64 = 1.0 / 30.0;
 const SAME: f64 = 1e-9;
 
 /// The most numbers that a made clip may have: 2 GiB.
-const MOST_NUMBERS: usize = 1 << 28;
+pub(super) const MOST_NUMBERS: usize = 1 << 28;
 
 impl Clip {
     /// The clip at even steps, along the curve of [`sample_cubic`](Self::sample_cubic). First and last pose stay at
@@ -83,7 +83,7 @@ impl Clip {
     }
 
     /// Refuses what would not fit into memory before it is made.
-    fn check_length(&self, n_poses: f64) -> Result<(), ClipError> {
+    pub(super) fn check_length(&self, n_poses: f64) -> Result<(), ClipError> {
         // A pose has a few words of its own besides its numbers.
         let most = MOST_NUMBERS / (self.rig().n_coords() + 8);
         if n_poses > most as f64 { Err(ClipError::TooLong { n_poses, most }) } else { Ok(()) }

@@ -10,11 +10,15 @@ mod edit;
 mod measure;
 mod rate_limit;
 mod rates;
+mod retime;
+mod tempo;
+mod time_map;
 mod turn;
 
 pub use measure::{ClipMeasure, LimitMargin, Margin, RateSummaries};
 pub use rate_limit::{RateExcess, RateLimit};
 pub use rates::{Part, Peak, Rate, RateSummary, Rates};
+pub use retime::Retimed;
 
 use crate::pose::Pose;
 use crate::rig::Rig;
@@ -116,6 +120,19 @@ pub enum ClipError {
         pose: usize,
         /// Name of the joint.
         joint: String,
+    },
+    /// A limit that holds at no tempo that was tried.
+    #[error(
+        "joint '{joint}' still reaches {:.3e} {unit}, above its largest {} of {} {unit}: raise that limit, or smooth the \
+         clip (where a cone stops or turns a joint at once, no tempo is slow enough)",
+        .excess.peak.value, .excess.limit.rate.name(), .excess.limit.most,
+        unit = .excess.limit.part.unit(.excess.limit.rate)
+    )]
+    Unkept {
+        /// Name of the joint.
+        joint: String,
+        /// The limit, and the peak that was left.
+        excess: RateExcess,
     },
 }
 

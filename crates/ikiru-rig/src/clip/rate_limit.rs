@@ -7,7 +7,7 @@ use crate::pose::Pose;
 use crate::rig::Rig;
 
 /// How far above its limit a peak may be, relative to it: rounding is no excess.
-const TOLERANCE: f64 = 1e-9;
+pub(super) const TOLERANCE: f64 = 1e-9;
 
 /// The most that one joint's speed or acceleration may be.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! A motion inside limits on speed and acceleration: rounds of the augmented Lagrangian where the duration is fixed,
 //! slowing down where it is free.
 
-use ikiru_rig::{Clip, RateExcess, difference_joint};
+use ikiru_rig::{Clip, Rate, RateExcess, difference_joint};
 
 use crate::motion::lm::LEAST_GAIN;
 use crate::motion::planner::{Outcome, Run};
@@ -25,6 +25,9 @@ const LEAST_GAIN_OF_ROUND: f64 = 1e-6;
 const MOST_ROUNDS: usize = 40;
 /// What is allowed after a peak was measured beyond its limit, relative to what that asks for.
 const TIGHTER: f64 = 1.0005;
+/// By how much more than needed a motion is slowed down, and how many times as long it may become.
+const SPARE: f64 = 1e-6;
+const MOST_STRETCH: f64 = 1000.0;
 /// Halvings on the way back to a motion that keeps all limits.
 const HALVINGS: usize = 12;
 
@@ -149,9 +152,44 @@ impl Run<'_> {
         self.state.step(&self.plan, from, &way);
     }
 
-    /// The clip slowed down where it must be, and the times of the terms with it.
-    pub(super) fn slow_down(&self, clip: Clip, terms: &mut [MotionTermReport]) -> Clip {
-        let _ = terms;
-        clip // STUB until retime lands
+    /// The same poses at later times, where limits on rates ask for it, and the times of the terms with them; and
+    /// the limits that cannot be kept at any tempo.
+    pub(super) fn slow_down(&self, clip: Clip, terms: &mut [MotionTermReport]) -> (Clip, Vec<RateExcess>) {
+        let limits = self.motion.rate_limits();
+        let excess = self.exceeded(&clip);
+        if excess.is_empty() {
+            return (clip, excess);
+        }
+        let retimed = clip.retime(limits, 1.0 / self.motion.timeline().step_secs()).ok();
+        let later = |secs: f64| retimed.as_ref().map_or(secs, |retimed| retimed.at(secs));
+        // The curve through these poses is not quite the one that was slowed down. What is still exceeded, and what
+        // could not be retimed, is slowed down as a whole, under which speeds and accelerations fall as they should.
+        let mut stretch = 1.0;
+        let slowed = |stretch: f64| {
+            let times = clip.times().iter().map(|secs| stretch * later(*secs)).collect();
+            Clip::new(clip.name(), times, clip.poses().to_vec()).unwrap_or_else(|_| clip.clone())
+        };
+        let mut slow = slowed(stretch);
+        let mut left = self.exceeded(&slow);
+        if !left.is_empty() {
+            let needed = |excess: &RateExcess| {
+                if excess.limit.rate == Rate::Speed { excess.ratio() } else { excess.ratio().sqrt() }
+            };
+            stretch = left.iter().map(needed).fold(1.0, f64::max) * (1.0 + SPARE);
+            if stretch < MOST_STRETCH {
+                slow = slowed(stretch);
+                left = self.exceeded(&slow);
+            }
+        }
+        if !left.is_empty() {
+            // What a cone stops at once is stopped at once at any tempo.
+            return (clip, excess);
+        }
+        for term in terms {
+            for secs in [&mut term.from_secs, &mut term.to_secs, &mut term.worst_secs] {
+                *secs = stretch * later(*secs);
+            }
+        }
+        (slow, left)
     }
 }

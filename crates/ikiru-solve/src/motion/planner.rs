@@ -152,9 +152,9 @@ impl<'a> Run<'a> {
             None => terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
         let mut clip = self.clip();
-        let mut exceeded = Vec::new();
+        let exceeded;
         if self.motion.has_free_duration() {
-            clip = self.slow_down(clip, &mut terms);
+            (clip, exceeded) = self.slow_down(clip, &mut terms);
         } else {
             exceeded = self.exceeded(&clip);
         }
