@@ -162,10 +162,15 @@ impl Plan {
 
     /// Plans a problem whose joint ids are all valid.
     pub(crate) fn new(problem: &Problem) -> Self {
+        Self::with(problem, &[])
+    }
+
+    /// The same where some joints matter that no term reads.
+    pub(crate) fn with(problem: &Problem, others: &[JointId]) -> Self {
         let rig = problem.rig();
         let mut plan = Self { signature: Signature::of(problem), ..Self::default() };
         let order = depth_first(rig);
-        let moves = plan.place_movers(problem, &order);
+        let moves = plan.place_movers(problem, others, &order);
         let node_of = plan.place_nodes(problem, &order, &moves);
         plan.place_terms(problem, &node_of);
         plan.place_rows();
@@ -174,10 +179,16 @@ impl Plan {
 
     /// Decides which joints move, and lays out their coordinates. The answer holds, for each joint, the mover that
     /// drives it.
-    fn place_movers(&mut self, problem: &Problem, order: &[JointId]) -> Vec<Option<usize>> {
+    fn place_movers(
+        &mut self,
+        problem: &Problem,
+        others: &[JointId],
+        order: &[JointId],
+    ) -> Vec<Option<usize>> {
         let rig = problem.rig();
         // A joint matters if a frame below it is read, or its own motion is, or a follower of it matters.
         let mut matters = vec![false; rig.n_joints()];
+        others.iter().for_each(|joint| matters[joint.index()] = true);
         for term in problem.terms() {
             for joint in term.objective.joints() {
                 for ancestor in rig.ancestors(*joint) {

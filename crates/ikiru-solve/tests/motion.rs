@@ -307,3 +307,29 @@ fn rotations_of_balls_and_a_free_root_go_the_short_way() {
         assert!(angle < 0.01 && way < 0.01, "frame {t}: {angle} rad, {way} m off the straight way");
     }
 }
+
+#[test]
+fn joints_that_no_term_reads_are_led_from_one_given_frame_to_the_other() {
+    let (rig, hand) = arm(100.0);
+    let mut end = rig.rest_pose();
+    end.coords_mut().iter_mut().enumerate().for_each(|(i, c)| *c = 0.1 * i as f64 - 0.4);
+    for with_term in [false, true] {
+        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+        motion.set_smoothness([1.0, 0.0, 0.0]).unwrap();
+        motion.fix_start(&rig.rest_pose()).unwrap();
+        motion.fix_end(Some(&end)).unwrap();
+        if with_term {
+            // Reads the first joint alone.
+            let elbow = JointId::from_index(1);
+            motion.add(1e-9, When::At(0.5), Position::new(elbow, DVec3::X)).unwrap();
+        }
+        let planned = plan(SolverOptions::default(), &motion, &rig.rest_pose());
+        for (t, pose) in planned.clip.poses().iter().enumerate() {
+            for (c, whole) in pose.coords().iter().zip(end.coords()) {
+                let expected = 0.1 * t as f64 * whole;
+                assert!((c - expected).abs() < 1e-5, "frame {t}: {c} is not {expected}");
+            }
+        }
+        assert!(place(planned.clip.poses().last().unwrap(), hand).distance(place(&end, hand)) < 1e-12);
+    }
+}

@@ -98,7 +98,7 @@ impl<'a> Run<'a> {
         }
         motion.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
         let budget = Budget::new(solver.options());
-        let plan = Plan::new(motion.terms());
+        let plan = Plan::with(motion.terms(), &motion.led());
         let mut state = MotionState::new(&plan, motion);
         let timeline = motion.timeline();
         for t in 0..timeline.n_frames() {

@@ -394,6 +394,17 @@ impl MotionProblem {
         self.tracks[term].frames.clone().all(|frame| self.given(frame).is_some())
     }
 
+    /// Active joints that the given frames lead from one place to another, whether or not a term reads them.
+    pub(crate) fn led(&self) -> Vec<JointId> {
+        let rig = self.rig();
+        let given: Vec<&Pose> = self.history.iter().chain(&self.end).collect();
+        let differs = |joint: &JointId| {
+            let at = rig.coords_of(*joint);
+            given.windows(2).any(|pair| pair[0].coords()[at.clone()] != pair[1].coords()[at.clone()])
+        };
+        self.base.active().filter(differs).collect()
+    }
+
     pub(crate) fn tracks(&self) -> &[Track] {
         &self.tracks
     }
