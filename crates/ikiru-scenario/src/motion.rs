@@ -107,12 +107,12 @@ fn build(
         let Some(path) = &objective.path else { continue };
         match objective.term {
             TermHandle::Position(id) => {
-                let still = motion[id].clone();
-                motion.set_moving(id, |secs| Position { target: path.at(secs), ..still.clone() })?;
+                let still = motion[id];
+                motion.set_moving(id, |secs| Position { target: path.at(secs), ..still })?;
             }
             TermHandle::LookAt(id) => {
-                let still = motion[id].clone();
-                motion.set_moving(id, |secs| LookAt { gaze: Gaze::Point(path.at(secs)), ..still.clone() })?;
+                let still = motion[id];
+                motion.set_moving(id, |secs| LookAt { gaze: Gaze::Point(path.at(secs)), ..still })?;
             }
             // No other kind has the key.
             _ => {}

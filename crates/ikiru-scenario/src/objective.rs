@@ -164,7 +164,8 @@ fn add(
                 (Some(target), None) => target.vector()?,
                 // Where it is later is said when there is a motion.
                 (None, Some(path)) => path.at(path.span().0),
-                _ => {
+                (None, None) => table.require("target", TARGET)?.vector()?,
+                (Some(_), Some(_)) => {
                     return Err(alternatives(
                         table,
                         &["target", "path"],

@@ -200,8 +200,8 @@ fn a_method_of_another_build() {
 fn what_does_not_go_together() {
     let both = "axis = [1, 0, 0]\nmin_deg = [0, 0, 0]";
     assert_eq!(refused(10, both, (9, 1), &["either 'min_deg' and 'max_deg'"]), "Alternatives");
-    refused(26, "", (21, 1), &["either 'target'"]);
-    refused(25, "length = 1\ntarget = [1, 0, 0]", (21, 1), &["either 'target'"]);
+    refused(26, "", (21, 1), &["one of 'target'"]);
+    refused(25, "length = 1\ntarget = [1, 0, 0]", (21, 1), &["one of 'target'"]);
     let turn = "[[objective]]\nkind = \"orientation\"\njoint = \"head\"";
     refused(20, turn, (20, 1), &["objective 2 has neither", "either 'target_rotation'"]);
     refused(14, "left_elbow = {}", (14, 14), &["no value", "'euler_deg'"]);

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use ikiru_eval::write_motion_figure;
 use ikiru_formats::{motion_csv, motion_json, write_animated_glb, write_bvh_clip, write_vrma};
-use ikiru_rig::{Clip, Part, Rate};
+use ikiru_rig::{Clip, Part, Rate, RateExcess, RateLimit, Rig};
 use ikiru_scenario::{MotionScenario, Scenario};
 use ikiru_solve::{Invalid, MotionReport, MotionWorkspace, StopReason};
 use serde_json::{Value, json};
@@ -122,6 +122,8 @@ fn described(
     if let (Some(described), Value::Object(poses)) = (described.as_object_mut(), poses) {
         described.extend(poses);
         described.insert("objectives".to_owned(), Value::Array(objectives));
+        let exceeded: Vec<Value> = report.exceeded.iter().map(|e| exceeded_json(clip.rig(), e)).collect();
+        described.insert("exceeded".to_owned(), Value::Array(exceeded));
         let warnings: Vec<String> = motion.warnings.iter().map(ToString::to_string).collect();
         described.insert("warnings".to_owned(), json!(warnings));
     }
@@ -160,6 +162,9 @@ fn text(
     }
     let mut text = format!("{table}\n\n");
     let mut line = |key: &str, value: String| text += &format!("{key:<13}{value}\n");
+    for excess in &report.exceeded {
+        line("exceeded", exceeded_text(clip.rig(), excess));
+    }
     let verdict = if report.success { "reached" } else { "not reached" };
     line(verdict, report::stop_text(report.stop, motion.solver.options()));
     let [speed, acceleration, jerk] = report.smoothness.map(report::cost_text);
@@ -174,6 +179,38 @@ fn text(
         line("motion", format!("{n} frames over {} s, {peaks}", report::short(secs)));
     }
     output::printable(&text).into_owned()
+}
+
+/// A limit on speed or acceleration that does not hold: value, limit and unit.
+fn exceeded_numbers(excess: &RateExcess) -> (f64, f64, String) {
+    let RateLimit { part, rate, most, .. } = excess.limit;
+    let per = if rate == Rate::Speed { "/s" } else { "/s²" };
+    let value = excess.peak.value;
+    match part {
+        Part::Rotation => (value.to_degrees(), most.to_degrees(), format!("°{per}")),
+        Part::Translation => (value, most, format!(" m{per}")),
+    }
+}
+
+fn exceeded_text(rig: &Rig, excess: &RateExcess) -> String {
+    let (value, most, unit) = exceeded_numbers(excess);
+    let joint = rig.get(excess.limit.joint).map_or("", |j| &j.name);
+    let secs = report::short(excess.peak.secs);
+    format!("{joint} by {value:.4}{unit} at {secs} s, where at most {most:.4}{unit} are allowed")
+}
+
+fn exceeded_json(rig: &Rig, excess: &RateExcess) -> Value {
+    let (value, most, unit) = exceeded_numbers(excess);
+    let kind = if excess.limit.rate == Rate::Speed { "speed" } else { "acceleration" };
+    let unit = unit.trim().replace('°', "deg").replace('²', "2");
+    json!({
+        "joint": rig.get(excess.limit.joint).map(|j| &j.name),
+        "kind": kind,
+        "at": excess.peak.secs,
+        "value": value,
+        "most": most,
+        "unit": unit,
+    })
 }
 
 fn invalid_input(motion: &MotionScenario, labels: &[Label], invalid: Invalid) -> Failure {

@@ -92,6 +92,34 @@ impl Banded {
     }
 }
 
+impl Banded {
+    /// `X := A⁻¹ X` for a matrix of `width` columns, frame by frame, that was [factored](Self::factor): all
+    /// columns at once, where each alone would wait for itself.
+    pub(crate) fn solve_columns(&self, width: usize, x: &mut [f64]) {
+        let n = self.rows.len();
+        for t in 0..n {
+            let row = &self.rows[t];
+            let (this, after) = x[t * width..].split_at_mut(width);
+            this.iter_mut().for_each(|x| *x *= row[0]);
+            for d in 1..4.min(n - t) {
+                for (y, x) in after[(d - 1) * width..d * width].iter_mut().zip(&*this) {
+                    *y -= row[d] * x;
+                }
+            }
+        }
+        for t in (0..n).rev() {
+            let row = &self.rows[t];
+            let (this, after) = x[t * width..].split_at_mut(width);
+            for d in 1..4.min(n - t) {
+                for (x, y) in this.iter_mut().zip(&after[(d - 1) * width..d * width]) {
+                    *x -= row[d] * y;
+                }
+            }
+            this.iter_mut().for_each(|x| *x *= row[0]);
+        }
+    }
+}
+
 /// One such matrix for each degree of freedom, frame by frame, so that all are worked on at once: entry
 /// `(t, t + d)` of number `k` is `rows[(4 t + d) n + k]`.
 #[derive(Clone, Debug, Default)]
@@ -254,8 +282,12 @@ mod tests {
             let mut y = vec![0.0; n];
             matrix.add_product(&x, &mut y);
             assert!(matrix.factor());
+            let mut columns: Vec<f64> = y.iter().flat_map(|y| [*y, -2.0 * y]).collect();
             matrix.solve_from(0, &mut y);
             assert!(x.iter().zip(&y).all(|(a, b)| (a - b).abs() < 1e-9));
+            matrix.solve_columns(2, &mut columns);
+            let both = x.iter().flat_map(|x| [*x, -2.0 * x]);
+            assert!(both.zip(&columns).all(|(a, b)| (a - b).abs() < 1e-9));
         }
         assert!(!Banded::smoothness(5, [1.0, 0.0, 0.0]).factor(), "a shift of all frames is free");
     }

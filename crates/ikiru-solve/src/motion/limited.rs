@@ -3,24 +3,25 @@
 
 use ikiru_rig::{Clip, Rate, RateExcess, difference_joint};
 
-use crate::motion::lm::LEAST_GAIN;
+use crate::motion::lm::{FIRST_DAMPING, LEAST_GAIN};
 use crate::motion::planner::{Outcome, Run};
 use crate::motion::report::MotionTermReport;
 use crate::report::StopReason;
 use crate::solvers::search::Bar;
 
-/// First weight of what is beyond a limit, relative to the cost of the guess.
-const FIRST_PENALTY: f64 = 0.01;
+/// The first weight of what is beyond a limit is the cost of the motion as if there were none, but at least this part of
+/// the guess's: soft enough that steps see limits come.
+const LEAST_PENALTY: f64 = 1e-6;
 /// By how much that weight grows when a round has not brought the worst down to half.
-const GROWTH: f64 = 10.0;
+const GROWTH: f64 = 4.0;
 /// Most of it, relative to the first.
 const MOST_GROWTH: f64 = 1e10;
 /// How far beyond what is allowed, relative to it, counts as kept by a round: less than the margin that is kept to limits.
 const SLACK: f64 = 5e-4;
 /// A round that changes the cost by less than this part of it was the last.
-const LEAST_CHANGE: f64 = 1e-4;
+const LEAST_CHANGE: f64 = 1e-2;
 /// How exactly a round is solved.
-const LEAST_GAIN_OF_ROUND: f64 = 1e-6;
+const LEAST_GAIN_OF_ROUND: f64 = 1e-4;
 /// Most rounds.
 const MOST_ROUNDS: usize = 40;
 /// What is allowed after a peak was measured beyond its limit, relative to what that asks for.
@@ -54,15 +55,17 @@ impl Run<'_> {
         if self.exceeded_now().is_empty() {
             return outcome;
         }
-        let first = FIRST_PENALTY * cost.max(outcome.cost);
+        let first = outcome.cost.max(LEAST_PENALTY * cost);
         let n = self.plan.n_dofs;
         let to_the_end = Bar { cost_below: None, impatient: false };
         self.state.rate_bounds.begin(first);
+        let mut damping = FIRST_DAMPING;
         let (mut worst, mut before) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..MOST_ROUNDS {
             let cost = self.state.evaluate(&self.plan, self.motion);
             self.budget.next_start();
-            outcome = self.run_lm(cost, &to_the_end, LEAST_GAIN_OF_ROUND);
+            damping = (10.0 * damping).min(FIRST_DAMPING);
+            outcome = self.run_lm_from(cost, &to_the_end, LEAST_GAIN_OF_ROUND, &mut damping);
             let cost = self.state.evaluate(&self.plan, self.motion);
             let first_differences = self.state.smoothness.first();
             let plain = cost - self.state.rate_bounds.cost(n, first_differences);

@@ -6,7 +6,7 @@ use crate::report::StopReason;
 use crate::solvers::search::Bar;
 
 /// First damping, relative to the largest curvature along one degree of freedom.
-const FIRST_DAMPING: f64 = 0.05;
+pub(super) const FIRST_DAMPING: f64 = 0.05;
 /// By how much a rejected step makes the damping grow.
 const GROWTH: f64 = 4.0;
 /// Damping, relative to the same, at which a step is too short to matter; and the least that there is.
@@ -29,6 +29,11 @@ impl Run<'_> {
     /// Improves the motion in the state, whose cost is `cost` and which was evaluated last, until a step promises
     /// less than a part of it.
     pub(super) fn run_lm(&mut self, cost: f64, bar: &Bar, least_gain: f64) -> Outcome {
+        self.run_lm_from(cost, bar, least_gain, &mut { FIRST_DAMPING })
+    }
+
+    /// The same with the damping to begin with, relative to the largest curvature; the last one is left in it.
+    pub(super) fn run_lm_from(&mut self, cost: f64, bar: &Bar, least_gain: f64, last: &mut f64) -> Outcome {
         let (plan, motion, state) = (&self.plan, self.motion, &mut self.state);
         let MotionWorkspace { step, accepted, first_try, residual, .. } = &mut *self.workspace;
         let first = cost;
@@ -45,7 +50,7 @@ impl Run<'_> {
             }
             if damping == 0.0 {
                 scale = step.scale(state);
-                damping = FIRST_DAMPING * scale;
+                damping = *last * scale;
             }
             accepted.copy_from_slice(&state.coords);
             let mut growth = GROWTH;
@@ -60,6 +65,7 @@ impl Run<'_> {
                 }
                 let least = if step.is_iterative(state) { LEAST_DAMPING_ITERATIVE } else { LEAST_DAMPING };
                 let damping_now = (damping * (cost / first).sqrt()).max(least * scale);
+                *last = damping_now / scale;
                 if !step.solve(plan, state, damping_now) {
                     damping *= 10.0;
                     continue;

@@ -159,9 +159,15 @@ impl<'a> Run<'a> {
             exceeded = self.exceeded(&clip);
         }
         let success = within && exceeded.is_empty();
+        let stop = match outcome.stop {
+            _ if success => StopReason::Reached,
+            // All that is wanted, but beyond a limit on rates.
+            StopReason::Reached => StopReason::NoProgress,
+            other => other,
+        };
         let report = MotionReport {
             success,
-            stop: if success { StopReason::Reached } else { outcome.stop },
+            stop,
             cost,
             smoothness,
             iterations: self.budget.iterations,

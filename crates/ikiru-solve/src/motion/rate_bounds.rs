@@ -203,8 +203,6 @@ impl RateBounds {
                 return;
             }
             let along = 0.5 * push / (place.most * place.length);
-            // Straight on μ counts, sideways the push itself; the larger of them bounds both.
-            let bend = (0.5 * self.penalty / (place.most * place.most)).max(along);
             for (i, w) in place.weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
                 let at = (place.interval + i - 1) * n;
                 for (x, k) in place.x.iter().zip(bound.dofs.clone()) {
@@ -212,7 +210,11 @@ impl RateBounds {
                 }
             }
             let of_frames = by_frames(place.weights);
-            for k in bound.dofs.clone() {
+            // Straight on μ counts, `x̂ x̂ᵀ`, which is at most the diagonal of `|x̂ₖ| Σ |x̂|`; sideways the push itself.
+            let straight = 0.5 * self.penalty / (place.most * place.length).powi(2);
+            let sum: f64 = place.x.iter().map(|x| x.abs()).sum();
+            for (x, k) in place.x.iter().zip(bound.dofs.clone()) {
+                let bend = straight * x.abs() * sum + along;
                 is_bent[k] = true;
                 for (i, a) in of_frames.iter().enumerate().filter(|(_, a)| **a != 0.0) {
                     for (j, b) in of_frames.iter().enumerate().skip(i) {

@@ -45,6 +45,7 @@ pub(crate) struct MotionStep {
     factor_of: Vec<usize>,
     /// `(A⁻¹)` at pairs of frames with rows, for each factor.
     inverses: Vec<Vec<f64>>,
+    columns: Vec<f64>,
     right: Vec<f64>,
     y: Vec<f64>,
     dense: Vec<f64>,
@@ -128,6 +129,7 @@ impl MotionStep {
     pub(crate) fn solve(&mut self, plan: &Plan, state: &MotionState, damping: f64) -> bool {
         self.open.copy_from_slice(&self.free);
         self.delta.fill(0.0);
+        let mut is_held = false;
         for round in 0..MOST_ROUNDS {
             if !self.solve_open(state, damping) {
                 return false;
@@ -135,8 +137,12 @@ impl MotionStep {
             if round + 1 == MOST_ROUNDS || !self.hold_crossed(plan, state) {
                 break;
             }
+            is_held = true;
         }
         self.clamp(plan, state);
+        if is_held {
+            self.shorten(state);
+        }
         true
     }
 
@@ -386,16 +392,18 @@ impl MotionStep {
     fn invert_at(&mut self, rows: &FrameRows) {
         let n_blocks = rows.blocks.len();
         self.inverses.resize(self.factors.len(), Vec::new());
+        let columns = &mut self.columns;
         for (factor, inverse) in self.factors.iter().zip(&mut self.inverses) {
-            inverse.clear();
-            inverse.resize(n_blocks * n_blocks, 0.0);
+            columns.clear();
+            columns.resize(self.n_frames * n_blocks, 0.0);
             for (b, block) in rows.blocks.iter().enumerate() {
-                self.line.fill(0.0);
-                self.line[block.frame] = 1.0;
-                factor.solve_from(block.frame, &mut self.line);
-                for (a, other) in rows.blocks.iter().enumerate() {
-                    inverse[a * n_blocks + b] = self.line[other.frame];
-                }
+                columns[block.frame * n_blocks + b] = 1.0;
+            }
+            factor.solve_columns(n_blocks, columns);
+            inverse.clear();
+            for block in &rows.blocks {
+                let at = block.frame * n_blocks;
+                inverse.extend_from_slice(&columns[at..at + n_blocks]);
             }
         }
     }
@@ -433,9 +441,48 @@ impl MotionStep {
         }
     }
 
+    /// Goes only as far along `delta` as the model falls. What was held on the way to a limit went as far as that limit,
+    /// which with others held as well can be too far.
+    fn shorten(&mut self, state: &MotionState) {
+        let slope: f64 = self.gradient.iter().zip(&self.delta).map(|(g, d)| g * d).sum();
+        let mut along = std::mem::take(&mut self.y);
+        along.clear();
+        along.resize(state.rows.n_rows(), 0.0);
+        state.rows.add_product(&self.delta, &mut along);
+        let bend = along.iter().map(|a| a * a).sum::<f64>() + self.bend_beside_rows(state);
+        self.y = along;
+        if slope < 0.0 && bend > -slope {
+            let part = -slope / bend;
+            self.delta.iter_mut().for_each(|d| *d *= part);
+        }
+    }
+
+    /// `deltaᵀ H delta` of what is not in rows.
+    fn bend_beside_rows(&mut self, state: &MotionState) -> f64 {
+        let mut bend = 0.0;
+        if !state.rate_bounds.is_off() {
+            let mut product = vec![0.0; self.delta.len()];
+            state.rate_bounds.curvature.add_product(&self.delta, &mut product);
+            bend += self.delta.iter().zip(&product).map(|(d, p)| d * p).sum::<f64>();
+        }
+        let n = self.n_dofs;
+        let mut product = vec![0.0; self.n_frames];
+        for k in 0..n {
+            for t in 0..self.n_frames {
+                self.line[t] = self.delta[t * n + k];
+            }
+            product.fill(0.0);
+            self.classes[self.class_of[k]].add_product(&self.line, &mut product);
+            for t in 0..self.n_frames {
+                let d = self.line[t];
+                bend += d * (d * state.curvature[t * n + k] + product[t]);
+            }
+        }
+        bend
+    }
+
     /// The cost that the linear model promises for `delta`, losses and all.
     pub(crate) fn predicted_cost(&mut self, state: &MotionState) -> f64 {
-        let n = self.n_dofs;
         self.y.clear();
         self.y.extend_from_slice(&state.rows.residual);
         state.rows.add_product(&self.delta, &mut self.y);
@@ -445,23 +492,7 @@ impl MotionStep {
             let square = rows.iter().map(|r| r * r).sum::<f64>() / part.weight;
             cost += part.term_weight * part.loss.cost(square);
         }
-        if !state.rate_bounds.is_off() {
-            let mut product = vec![0.0; self.delta.len()];
-            state.rate_bounds.curvature.add_product(&self.delta, &mut product);
-            cost += self.delta.iter().zip(&product).map(|(d, p)| d * p).sum::<f64>();
-        }
-        let mut product = vec![0.0; self.n_frames];
-        for k in 0..n {
-            for t in 0..self.n_frames {
-                self.line[t] = self.delta[t * n + k];
-            }
-            product.fill(0.0);
-            self.classes[self.class_of[k]].add_product(&self.line, &mut product);
-            for t in 0..self.n_frames {
-                let (d, idx) = (self.line[t], t * n + k);
-                cost += d * (2.0 * state.gradient[idx] + d * state.curvature[idx] + product[t]);
-            }
-        }
-        cost
+        cost += 2.0 * state.gradient.iter().zip(&self.delta).map(|(g, d)| g * d).sum::<f64>();
+        cost + self.bend_beside_rows(state)
     }
 }
