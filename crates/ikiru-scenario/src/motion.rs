@@ -23,6 +23,8 @@ pub struct MotionSettings {
     pub timeline: Timeline,
     /// Weights of speed, acceleration and jerk; 0.001 each by default.
     pub smoothness: [f64; 3],
+    /// The weight of even spacing; 0 by default.
+    pub even_spacing: f64,
     /// Whether the first frame is the scenario's start; it is by default.
     pub fixed_start: bool,
     /// The last frame, where it is given.
@@ -119,6 +121,7 @@ fn build(
         }
     }
     motion.set_smoothness(settings.smoothness)?;
+    motion.set_even_spacing(settings.even_spacing)?;
     if settings.fixed_start {
         motion.fix_start(start)?;
     }
@@ -154,6 +157,9 @@ pub(crate) fn read(
         }
         None => [0.001; 3],
     };
+    let at_least_0 = "a weight of at least 0";
+    let even_spacing =
+        table.get("even_spacing").map_or(Ok(0.0), |v| v.number_that(|w| w >= 0.0, at_least_0))?;
     let fixed_start = table.get("fixed_start").map_or(Ok(true), |v| v.truth())?;
     let end = match table.table("end")? {
         Some(end) => Some(pose_of_table(rig, &end, start.clone(), "[motion.end]", warnings)?),
@@ -175,7 +181,15 @@ pub(crate) fn read(
             return Err(value.error(ErrorKind::Alternatives { place, found, expected }));
         }
     }
-    Ok(Some(MotionSettings { timeline, smoothness, fixed_start, end, rate_limits, free_duration }))
+    Ok(Some(MotionSettings {
+        timeline,
+        smoothness,
+        even_spacing,
+        fixed_start,
+        end,
+        rate_limits,
+        free_duration,
+    }))
 }
 
 fn timeline(table: &Table<'_>) -> Result<Timeline, Error> {

@@ -333,3 +333,90 @@ fn joints_that_no_term_reads_are_led_from_one_given_frame_to_the_other() {
         assert!(place(planned.clip.poses().last().unwrap(), hand).distance(place(&end, hand)) < 1e-12);
     }
 }
+
+#[test]
+fn even_spacing_makes_steps_of_one_length() {
+    let (rig, hand) = arm(100.0);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(2.0, 20.0).unwrap());
+    motion.set_smoothness([1e-5, 1e-4, 0.0]).unwrap();
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    // Near at half time, far at the end: without more, slow first and fast then.
+    motion.add(10.0, When::At(1.0), Position::new(hand, DVec3::new(0.9, 0.15, 0.0))).unwrap();
+    motion.add(10.0, When::End, Position::new(hand, DVec3::new(0.1, 0.5, 0.3))).unwrap();
+    let uneven = |clip: &Clip| {
+        let length = |w: &[Pose]| w[0].difference(&w[1]).unwrap().iter().map(|d| d * d).sum::<f64>().sqrt();
+        let lengths: Vec<f64> = clip.poses().windows(2).map(length).collect();
+        let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+        (lengths.iter().map(|l| (l - mean).powi(2)).sum::<f64>(), mean)
+    };
+    let before = plan(SolverOptions::default(), &motion, &rig.rest_pose());
+    assert_eq!(before.report.spacing, 0.0);
+    motion.set_even_spacing(0.5).unwrap();
+    let after = plan(SolverOptions { max_iterations: 300, ..Default::default() }, &motion, &rig.rest_pose());
+    let ((was, _), (is, mean)) = (uneven(&before.clip), uneven(&after.clip));
+    assert!(after.report.success);
+    assert!((after.report.spacing - 0.5 * is).abs() < 1e-12, "{} is not {}", after.report.spacing, 0.5 * is);
+    assert!(is < 0.02 * was, "{is} of {was}");
+    assert!(mean > 0.01);
+    for weight in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(motion.set_even_spacing(weight), Err(MotionError::EvenSpacing(_))), "{weight}");
+    }
+}
+
+#[test]
+fn a_target_can_go_another_way_without_being_added_anew() {
+    let (rig, hand) = arm(100.0);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 20.0).unwrap());
+    motion.set_smoothness([1e-5; 3]).unwrap();
+    let way = |secs: f64, side: f64| DVec3::new(0.6, side * (0.2 + 0.1 * secs), 0.1 * secs);
+    let id = motion.add_moving(1.0, When::Throughout, |t| Position::new(hand, way(t, 1.0))).unwrap();
+    let first = plan(SolverOptions::default(), &motion, &rig.rest_pose());
+    motion.set_moving(id, |t| Position::new(hand, way(t, -1.0))).unwrap();
+    assert_eq!(motion[id].target, way(0.0, -1.0));
+    // Warm: from the motion that there was.
+    let solver = Solver::new(SolverOptions::default());
+    let second = solver.plan(&motion, &first.clip, &mut MotionWorkspace::default());
+    assert!(first.report.success && second.report.success);
+    for (clip, side) in [(&first.clip, 1.0), (&second.clip, -1.0)] {
+        for (secs, pose) in clip.times().iter().zip(clip.poses()) {
+            assert!(place(pose, hand).distance(way(*secs, side)) < 1e-3, "{side} at {secs}");
+        }
+    }
+    // What reads something else is refused, and the motion stays as it was.
+    let refused = motion.set_moving(id, |t| Position::new(JointId::from_index(2), way(t, 1.0)));
+    assert_eq!(refused, Err(MotionError::Changes(0.0)));
+    assert_eq!(motion[id].target, way(0.0, -1.0));
+    let still = motion.add(1.0, When::At(0.5), LookAt::new(hand, DVec3::X, DVec3::Y)).unwrap();
+    let mut other = MotionProblem::new(&rig, rig.ids(), *motion.timeline());
+    assert_eq!(other.set_moving(still, |_| LookAt::new(hand, DVec3::X, DVec3::Z)), Err(MotionError::Term(1)));
+}
+
+#[test]
+fn what_given_frames_do_not_meet_is_named() {
+    let (rig, hand) = arm(100.0);
+    let rest = rig.rest_pose();
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    motion.set_smoothness([1e-6; 3]).unwrap();
+    motion.fix_start(&rest).unwrap();
+    motion.fix_end(Some(&rest)).unwrap();
+    motion.add(1.0, When::At(0.5), Position::new(hand, DVec3::new(0.5, 0.5, 0.0))).unwrap();
+    let end = motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, 0.5, 0.0))).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &rest);
+    let Some(Invalid::Term(1, reason)) = planned.report.invalid else { panic!("{:?}", planned.report) };
+    assert!(reason.contains("given frames alone"), "{reason}");
+    // Met by what is given, or asked for by nobody, it is no conflict.
+    motion[end].target = place(&rest, hand);
+    assert!(plan(SolverOptions::default(), &motion, &rest).report.success);
+    motion[end].target = DVec3::new(0.4, 0.5, 0.0);
+    motion.set_mandatory(end, false);
+    let planned = plan(SolverOptions::default(), &motion, &rest);
+    assert!(planned.report.success && !planned.report.terms[1].satisfied);
+    // Over a span it says nothing of the frames that are given.
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    motion.set_smoothness([1e-6; 3]).unwrap();
+    motion.fix_start(&rest).unwrap();
+    motion.add(1.0, When::Throughout, Position::new(hand, DVec3::new(0.5, 0.5, 0.0))).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &rest);
+    assert!(planned.report.success, "{:?}", planned.report);
+    assert!(place(&planned.clip.poses()[1], hand).distance(DVec3::new(0.5, 0.5, 0.0)) < 1e-3);
+}

@@ -114,6 +114,7 @@ fn described(
         "stop": report.stop.name(),
         "cost": report.cost,
         "smoothness": report.smoothness,
+        "spacing": report.spacing,
         "iterations": report.iterations,
         "restarts": report.restarts,
         "time_us": time.as_secs_f64() * 1e6,

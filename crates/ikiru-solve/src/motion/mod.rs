@@ -13,6 +13,7 @@ mod rate_bounds;
 mod report;
 mod rows;
 mod smoothness;
+mod spacing;
 mod state;
 mod step;
 mod timeline;

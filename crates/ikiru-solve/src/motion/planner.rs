@@ -145,7 +145,7 @@ impl<'a> Run<'a> {
         }
         let (outcome, restarts) = self.search(cost);
         let cost = self.state.evaluate(&self.plan, self.motion);
-        let smoothness = self.state.smoothness_cost;
+        let (smoothness, spacing) = (self.state.smoothness_cost, self.state.spacing_cost);
         let mut terms = report_terms(&self.plan, self.motion, &mut self.state);
         let within = match self.solver.options().cost_below {
             Some(bar) => cost < bar,
@@ -170,6 +170,7 @@ impl<'a> Run<'a> {
             stop,
             cost,
             smoothness,
+            spacing,
             iterations: self.budget.iterations,
             restarts,
             terms,

@@ -57,6 +57,9 @@ pub enum MotionError {
     /// Weights of smoothness that are none.
     #[error("weights of smoothness are finite and at least 0, not {0:?}")]
     Smoothness([f64; 3]),
+    /// A weight of even spacing that is none.
+    #[error("the weight of even spacing is finite and at least 0, not {0}")]
+    EvenSpacing(f64),
     /// A limit on speed or acceleration that means nothing for the rig.
     #[error(transparent)]
     RateLimit(#[from] ClipError),
@@ -93,6 +96,7 @@ pub struct MotionProblem {
     tracks: Vec<Track>,
     smoothness: [f64; 3],
     of_joints: Vec<(JointId, [f64; 3])>,
+    even_spacing: f64,
     /// Frames that are given, from the first on.
     history: Vec<Pose>,
     end: Option<Pose>,
@@ -115,6 +119,7 @@ impl MotionProblem {
             tracks: Vec::new(),
             smoothness: [0.001; 3],
             of_joints: Vec::new(),
+            even_spacing: 0.0,
             history: Vec::new(),
             end: None,
             rate_limits: Vec::new(),
@@ -267,6 +272,26 @@ impl MotionProblem {
         check_weights(weights)?;
         self.of_joints.push((joint, weights));
         Ok(())
+    }
+
+    /// The weight of even spacing: `w Σₜ (ℓₜ − ℓ̄)²`, where `ℓₜ` is the length of the step to the next frame over all
+    /// degrees of freedom (radians and metres) and `ℓ̄` the mean of all steps. Key poses far apart then take longer to
+    /// go between than near ones. 0, none, at first.
+    ///
+    /// # Errors
+    /// A weight that is not finite or below 0.
+    pub fn set_even_spacing(&mut self, weight: f64) -> Result<(), MotionError> {
+        if !(weight.is_finite() && weight >= 0.0) {
+            return Err(MotionError::EvenSpacing(weight));
+        }
+        self.even_spacing = weight;
+        Ok(())
+    }
+
+    /// The weight of even spacing.
+    #[must_use]
+    pub fn even_spacing(&self) -> f64 {
+        self.even_spacing
     }
 
     /// Changes the weight λ of a term.

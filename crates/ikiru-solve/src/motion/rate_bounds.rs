@@ -19,7 +19,7 @@ const MARGIN: f64 = 1e-3;
 /// Most points that bound a curve between two frames.
 const MOST_POINTS: usize = 3;
 
-/// All limits of a motion, and what they add to cost, gradient and curvature.
+/// All limits of a motion, and what they add to cost and curvature.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RateBounds {
     n_frames: usize,
@@ -29,8 +29,6 @@ pub(crate) struct RateBounds {
     multipliers: Vec<f64>,
     /// μ; at 0 the limits are out of the way.
     penalty: f64,
-    /// Half the gradient by the differences from frame to frame.
-    pull: Vec<f64>,
     /// Half the curvature, of each degree of freedom over time.
     pub(crate) curvature: BandedLines,
     /// Which degrees of freedom have some.
@@ -96,14 +94,12 @@ impl RateBounds {
         };
         let bounds: Vec<Bound> = motion.rate_limits().iter().filter_map(bound).collect();
         let n_multipliers = bounds.len() * n_frames * MOST_POINTS;
-        let size = if bounds.is_empty() { 0 } else { plan.n_dofs * n_frames };
         Self {
             n_frames,
             is_given: (0..n_frames).map(|t| motion.given(t).is_some()).collect(),
             bounds,
             multipliers: vec![0.0; n_multipliers],
             penalty: 0.0,
-            pull: vec![0.0; size],
             curvature: BandedLines::default(),
             is_bent: vec![false; plan.n_dofs],
         }
@@ -119,12 +115,6 @@ impl RateBounds {
         self.penalty = penalty;
         self.multipliers.fill(0.0);
         self.is_bent.fill(false);
-    }
-
-    /// Half the gradient by the differences from frame to frame, as of the last linearization; empty where there is
-    /// none.
-    pub(crate) fn pull(&self) -> &[f64] {
-        if self.is_off() { &[] } else { &self.pull }
     }
 
     pub(crate) fn penalty(&self) -> f64 {
@@ -187,14 +177,13 @@ impl RateBounds {
         cost
     }
 
-    /// Fills gradient and curvature.
-    pub(crate) fn linearize(&mut self, n: usize, first: &[f64]) {
+    /// Fills the curvature and adds half the gradient by the differences from frame to frame.
+    pub(crate) fn linearize(&mut self, n: usize, first: &[f64], pull: &mut [f64]) {
         if self.is_off() {
             return;
         }
-        let (mut pull, mut curvature) = (std::mem::take(&mut self.pull), std::mem::take(&mut self.curvature));
-        let mut is_bent = std::mem::take(&mut self.is_bent);
-        pull.fill(0.0);
+        let (mut curvature, mut is_bent) =
+            (std::mem::take(&mut self.curvature), std::mem::take(&mut self.is_bent));
         is_bent.fill(false);
         curvature.clear(n, self.n_frames);
         self.visit(n, first, |bound, place| {
@@ -223,7 +212,7 @@ impl RateBounds {
                 }
             }
         });
-        (self.pull, self.curvature, self.is_bent) = (pull, curvature, is_bent);
+        (self.curvature, self.is_bent) = (curvature, is_bent);
     }
 
     /// Takes over the push of each limit as its multiplier; the answer is by how much the worst is exceeded,

@@ -50,6 +50,8 @@ pub struct MotionReport {
     pub cost: f64,
     /// What of it is smoothness: velocity, acceleration, jerk.
     pub smoothness: [f64; 3],
+    /// What of it is even spacing.
+    pub spacing: f64,
     /// Iterations over all starts.
     pub iterations: usize,
     /// Starts beyond the first.
@@ -71,6 +73,7 @@ impl MotionReport {
             stop: StopReason::InvalidInput,
             cost: f64::INFINITY,
             smoothness: [0.0; 3],
+            spacing: 0.0,
             iterations: 0,
             restarts: 0,
             terms: Vec::new(),

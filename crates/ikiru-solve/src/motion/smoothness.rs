@@ -60,8 +60,8 @@ impl Smoothness {
         &self.first
     }
 
-    /// Adds half the gradient by the tangents of all frames, as of the last [`cost`](Self::cost); `pull` is what else
-    /// half a gradient by the first differences has, or is empty.
+    /// Adds half the gradient by the tangents of all frames, as of the last [`cost`](Self::cost); `pull` is what
+    /// else half a gradient by the first differences has.
     pub(crate) fn add_half_gradient(&mut self, plan: &Plan, pull: &[f64], gradient: &mut [f64]) {
         let others = pull;
         let n = plan.n_dofs;
@@ -89,8 +89,7 @@ impl Smoothness {
                     let (k, i) = (m.dof + j, t * n + m.dof + j);
                     let after = if t + 2 < n_frames { self.second[i] } else { 0.0 };
                     let before = if t > 0 { self.second[i - n] } else { 0.0 };
-                    let other = others.get(i).copied().unwrap_or_default();
-                    pull[j] = w[k][0] * self.first[i] + before - after + other;
+                    pull[j] = w[k][0] * self.first[i] + before - after + others[i];
                 }
                 let v = &self.first[t * n + m.dof..t * n + m.dof + m.n_dofs];
                 let (mut from, mut to) = (pull, pull);
@@ -155,7 +154,7 @@ mod tests {
             let mut smoothness = Smoothness::new(weights, n_frames);
             smoothness.cost(&plan, &coords);
             let mut gradient = vec![0.0; n * n_frames];
-            smoothness.add_half_gradient(&plan, &[], &mut gradient);
+            smoothness.add_half_gradient(&plan, &vec![0.0; n * n_frames], &mut gradient);
             for t in 0..n_frames {
                 for m in &plan.movers {
                     for j in 0..m.n_dofs {

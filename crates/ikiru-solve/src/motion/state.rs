@@ -6,6 +6,7 @@ use crate::motion::problem::MotionProblem;
 use crate::motion::rate_bounds::RateBounds;
 use crate::motion::rows::{Block, FrameRows, RowPart};
 use crate::motion::smoothness::Smoothness;
+use crate::motion::spacing::Spacing;
 use crate::plan::Plan;
 use crate::problem::Terms;
 use crate::state::State;
@@ -21,15 +22,20 @@ pub(crate) struct MotionState {
     /// Frames at which a term holds, and runs of them that follow each other.
     pub(crate) keyed: Vec<usize>,
     pub(crate) rows: FrameRows,
-    /// Half the gradient of the terms that read motions, of smoothness and of limits on rates, by the tangents of all frames.
+    /// Half the gradient of the terms that read motions, of smoothness, spacing and limits on rates, by the tangents of all frames.
     pub(crate) gradient: Vec<f64>,
     /// The curvature of the terms that read motions.
     pub(crate) curvature: Vec<f64>,
-    /// What of the cost is not in rows: terms that read motions, smoothness, and limits on speed and acceleration.
+    /// What of the cost is not in rows: terms that read motions, smoothness, even spacing, and limits
+    /// on speed and acceleration.
     pub(crate) cost_beside_rows: f64,
     pub(crate) smoothness: Smoothness,
     pub(crate) smoothness_cost: [f64; 3],
+    pub(crate) spacing: Spacing,
+    pub(crate) spacing_cost: f64,
     pub(crate) rate_bounds: RateBounds,
+    /// Half the gradient of what reads the differences from frame to frame, by those.
+    pull: Vec<f64>,
     pub(crate) frame: State,
     /// The frame at which `frame` was evaluated last.
     evaluated: Option<usize>,
@@ -54,7 +60,10 @@ impl MotionState {
             cost_beside_rows: 0.0,
             smoothness: Smoothness::new(weights, n_frames),
             smoothness_cost: [0.0; 3],
+            spacing: Spacing::new(motion.even_spacing()),
+            spacing_cost: 0.0,
             rate_bounds: RateBounds::new(plan, motion),
+            pull: vec![0.0; n],
             frame: State::new(plan),
             evaluated: None,
         }
@@ -103,7 +112,9 @@ impl MotionState {
         }
         self.smoothness_cost = self.smoothness.cost(plan, &self.coords);
         cost += self.smoothness_cost.iter().sum::<f64>();
-        cost += self.rate_bounds.cost(plan.n_dofs, self.smoothness.first());
+        let (n, first) = (plan.n_dofs, self.smoothness.first());
+        self.spacing_cost = self.spacing.cost(n, first, self.n_frames);
+        cost += self.spacing_cost + self.rate_bounds.cost(n, first);
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
@@ -114,9 +125,12 @@ impl MotionState {
         self.gradient.fill(0.0);
         self.curvature.fill(0.0);
         self.cost_beside_rows = self.smoothness_cost.iter().sum();
-        self.cost_beside_rows += self.rate_bounds.cost(n, self.smoothness.first());
-        self.rate_bounds.linearize(n, self.smoothness.first());
-        self.smoothness.add_half_gradient(plan, self.rate_bounds.pull(), &mut self.gradient);
+        let first = self.smoothness.first();
+        self.cost_beside_rows += self.spacing_cost + self.rate_bounds.cost(n, first);
+        self.pull.fill(0.0);
+        self.spacing.add_pull(n, first, &mut self.pull);
+        self.rate_bounds.linearize(n, first, &mut self.pull);
+        self.smoothness.add_half_gradient(plan, &self.pull, &mut self.gradient);
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
             // One key alone is still what was evaluated.

@@ -69,7 +69,11 @@ impl MotionStep {
         Self {
             n_frames,
             n_dofs: n,
-            classes: distinct.into_iter().map(|w| Banded::smoothness(n_frames, w)).collect(),
+            classes: distinct
+                .into_iter()
+                .map(|[speed, acceleration, jerk]| [speed + state.spacing.weight, acceleration, jerk])
+                .map(|weights| Banded::smoothness(n_frames, weights))
+                .collect(),
             class_of,
             speed: Banded::smoothness(n_frames, [1.0, 0.0, 0.0]),
             stretch: (n_free / n_keys).max(1.0),
