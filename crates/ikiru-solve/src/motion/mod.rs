@@ -3,6 +3,8 @@
 
 mod adam;
 mod banded;
+mod cones;
+mod frame_terms;
 mod iterative;
 mod limited;
 mod lm;
@@ -16,6 +18,7 @@ mod smoothness;
 mod spacing;
 mod state;
 mod step;
+mod system;
 mod timeline;
 
 pub use path::{TargetPath, TargetPathError};

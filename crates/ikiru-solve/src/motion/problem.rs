@@ -4,9 +4,10 @@ use std::ops::{Index, IndexMut, Range};
 
 use ikiru_rig::{ClipError, JointId, Pose, RateLimit, Rig};
 
+use crate::motion::frame_terms::FrameTerms;
 use crate::motion::timeline::{Timeline, TimelineError};
 use crate::objective::Objective;
-use crate::problem::{Problem, TermId, Terms, Tolerance};
+use crate::problem::{Problem, TermId, Tolerance};
 
 /// Where on the timeline an objective holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -78,7 +79,7 @@ pub enum MotionError {
 pub(crate) struct Track {
     pub(crate) frames: Range<usize>,
     /// One a frame; empty for an objective that stays.
-    moving: Vec<Box<dyn Objective>>,
+    pub(crate) moving: Vec<Box<dyn Objective>>,
 }
 
 /// Which joints may move, what is wanted when, how smooth the motion should be, and which frames are given.
@@ -456,7 +457,7 @@ impl MotionProblem {
 
     /// The terms of one frame.
     pub(crate) fn at(&self, frame: usize) -> FrameTerms<'_> {
-        FrameTerms { motion: self, frame }
+        FrameTerms::new(self, frame)
     }
 }
 
@@ -467,32 +468,6 @@ fn reads_the_same(a: &dyn Objective, b: &dyn Objective) -> bool {
 fn check_weights(weights: [f64; 3]) -> Result<(), MotionError> {
     let is_good = weights.iter().all(|w| w.is_finite() && *w >= 0.0);
     if is_good { Ok(()) } else { Err(MotionError::Smoothness(weights)) }
-}
-
-/// The terms that hold at one frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FrameTerms<'a> {
-    motion: &'a MotionProblem,
-    frame: usize,
-}
-
-impl Terms for FrameTerms<'_> {
-    #[inline]
-    fn is_on(&self, term: usize) -> bool {
-        self.motion.wants(term, self.frame)
-    }
-    #[inline]
-    fn weight(&self, term: usize) -> f64 {
-        Terms::weight(&self.motion.base, term)
-    }
-    #[inline]
-    fn objective(&self, term: usize) -> &dyn Objective {
-        let track = &self.motion.tracks[term];
-        match track.moving.get(self.frame.wrapping_sub(track.frames.start)) {
-            Some(objective) => &**objective,
-            None => Terms::objective(&self.motion.base, term),
-        }
-    }
 }
 
 impl<T: Objective> Index<TermId<T>> for MotionProblem {

@@ -62,6 +62,21 @@ impl FrameRows {
         Self { n_dofs, support: vec![vec![0..n_dofs]; n_rows_of_plan], ..Self::default() }
     }
 
+    /// Makes room for rows that only one run of degrees of freedom moves; the answer is their number in the plan.
+    pub(crate) fn add_support(&mut self, run: Range<usize>) -> usize {
+        self.support.push(vec![run]);
+        self.support.len() - 1
+    }
+
+    /// Adds a row of another set, which has the same plan.
+    pub(crate) fn push_copy(&mut self, other: &Self, row: usize) {
+        let (of_plan, at) = other.of_plan[row];
+        let n: usize = other.support[of_plan].iter().map(Range::len).sum();
+        self.residual.push(other.residual[row]);
+        self.of_plan.push((of_plan, self.jacobian.len()));
+        self.jacobian.extend_from_slice(&other.jacobian[at..at + n]);
+    }
+
     /// Adds a row: number `of_plan` of a plan, its scaled residual, and its derivative by a degree of freedom.
     pub(crate) fn push(&mut self, of_plan: usize, residual: f64, derivative: impl Fn(usize) -> f64) {
         self.residual.push(residual);

@@ -1,89 +1,50 @@
-//! The damped Gauss–Newton step of a whole motion, its structure in time exploited.
-//!
-//! Smoothness couples a degree of freedom with itself only, over at most three frames: for each there is one banded
-//! matrix `A` over time, factored in a time that is linear in frames. Rows `J` exist at the frames at which something is
-//! wanted, so that with few of them the step is solved over rows: `(J A⁻¹ Jᵀ + I) y = r − J A⁻¹ g`,
-//! `δ = −A⁻¹ (g + Jᵀ y)`. Frames that are given, and what a limit holds back, take no part.
-//!
-//! Damping is by the speed of the step rather than by its length: frames between two keys then follow the keys
-//! whatever the damping, which only shortens the step as a whole.
+//! The damped Gauss–Newton step of a whole motion inside all limits: [`System`] solved again and again, with what a step
+//! would take beyond a limit held at it.
 
-use crate::motion::banded::Banded;
-use crate::motion::iterative::Iterative;
-use crate::motion::rows::{FrameRows, factor_dense, solve_dense};
+use crate::motion::cones::Cones;
+use crate::motion::rows::FrameRows;
 use crate::motion::state::MotionState;
+use crate::motion::system::{MOST_DIRECT_ROWS, System};
 use crate::plan::Plan;
 
 /// How near to a limit counts as on it, in radians or metres.
-const ON_LIMIT: f64 = 1e-9;
+pub(crate) const ON_LIMIT: f64 = 1e-9;
 /// Rounds of finding limits that a step would cross, holding those and solving again.
 const MOST_ROUNDS: usize = 4;
-/// Up to here the step is solved over rows; more would be a matrix too large.
-const MOST_DIRECT_ROWS: usize = 600;
 
 /// Memory of the step, and the step itself in `delta`, frame by frame.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotionStep {
     n_frames: usize,
     n_dofs: usize,
-    /// Smoothness matrices by distinct weights, and which one each degree of freedom has.
-    classes: Vec<Banded>,
-    class_of: Vec<usize>,
-    /// The matrix of the squared speed, by which steps are damped.
-    speed: Banded,
-    /// How long a stretch of time one key moves (frames), and the damping of a shift of all frames.
-    stretch: f64,
-    shift: f64,
+    system: System,
     /// Half the gradient of the whole cost.
     pub(crate) gradient: Vec<f64>,
     /// What may move in this iteration, and what is still to be solved for in the current round.
     free: Vec<bool>,
     open: Vec<bool>,
+    cones: Cones,
     pub(crate) delta: Vec<f64>,
-    /// Factors of the matrices of classes, then of those degrees of freedom that have their own.
-    factors: Vec<Banded>,
-    factor_of: Vec<usize>,
-    /// `(A⁻¹)` at pairs of frames with rows, for each factor.
-    inverses: Vec<Vec<f64>>,
-    columns: Vec<f64>,
-    right: Vec<f64>,
+    /// The rows of the state, and those of cones.
+    rows: FrameRows,
+    residual: Vec<f64>,
     y: Vec<f64>,
-    dense: Vec<f64>,
-    line: Vec<f64>,
-    iterative: Iterative,
 }
 
 impl MotionStep {
     pub(crate) fn new(plan: &Plan, state: &MotionState) -> Self {
-        let (n, n_frames) = (plan.n_dofs, state.n_frames);
-        let mut distinct: Vec<[f64; 3]> = Vec::new();
-        let class_of = state.smoothness.weights.iter().map(|w| {
-            distinct.iter().position(|d| d == w).unwrap_or_else(|| {
-                distinct.push(*w);
-                distinct.len() - 1
-            })
-        });
-        let class_of = class_of.collect();
-        let n_keys = state.keyed.len().max(1) as f64;
-        let n_free = state.is_given.iter().filter(|given| !**given).count() as f64;
+        let n = plan.n_dofs * state.n_frames;
+        let mut rows = FrameRows::new(plan);
         Self {
-            n_frames,
-            n_dofs: n,
-            classes: distinct
-                .into_iter()
-                .map(|[speed, acceleration, jerk]| [speed + state.spacing.weight, acceleration, jerk])
-                .map(|weights| Banded::smoothness(n_frames, weights))
-                .collect(),
-            class_of,
-            speed: Banded::smoothness(n_frames, [1.0, 0.0, 0.0]),
-            stretch: (n_free / n_keys).max(1.0),
-            shift: (n_keys / n_frames as f64).min(1.0),
-            gradient: vec![0.0; n * n_frames],
-            free: vec![true; n * n_frames],
-            open: vec![true; n * n_frames],
-            delta: vec![0.0; n * n_frames],
-            factor_of: vec![0; n],
-            line: vec![0.0; n_frames],
+            n_frames: state.n_frames,
+            n_dofs: plan.n_dofs,
+            system: System::new(plan, state),
+            gradient: vec![0.0; n],
+            free: vec![true; n],
+            open: vec![true; n],
+            cones: Cones::new(plan, state, &mut rows),
+            delta: vec![0.0; n],
+            rows,
             ..Self::default()
         }
     }
@@ -94,6 +55,7 @@ impl MotionStep {
         let (n, nc) = (self.n_dofs, plan.n_coords);
         self.gradient.copy_from_slice(&state.gradient);
         state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
+        self.cones.begin(plan, state, &self.gradient);
         let mut largest = 0.0_f64;
         for t in 0..self.n_frames {
             for k in 0..n {
@@ -113,32 +75,32 @@ impl MotionStep {
 
     /// The largest curvature along one degree of freedom of one frame, by which damping is measured.
     pub(crate) fn scale(&self, state: &MotionState) -> f64 {
-        let mut largest = 0.0_f64;
-        let mut squares = vec![0.0; self.n_dofs];
-        for block in &state.rows.blocks {
-            let first = block.frame * self.n_dofs;
-            squares.copy_from_slice(&state.curvature[first..first + self.n_dofs]);
-            for row in block.first..block.first + block.n_rows {
-                for (run, entries) in state.rows.runs(row) {
-                    squares[run].iter_mut().zip(entries).for_each(|(s, a)| *s += a * a);
-                }
-            }
-            largest = squares.iter().fold(largest, |a, s| a.max(*s));
-        }
-        let smooth = self.classes.iter().flat_map(|c| &c.rows).map(|row| row[0]).fold(0.0, f64::max);
-        if largest > 0.0 { largest } else { smooth }
+        self.system.scale(state)
+    }
+
+    /// Whether there are too many rows to solve over.
+    pub(crate) fn is_iterative(&self, state: &MotionState) -> bool {
+        state.rows.n_rows() > MOST_DIRECT_ROWS
     }
 
     /// Computes `delta` for a damping. False where the system cannot be solved with so little damping.
     pub(crate) fn solve(&mut self, plan: &Plan, state: &MotionState, damping: f64) -> bool {
         self.open.copy_from_slice(&self.free);
         self.delta.fill(0.0);
+        self.cones.open();
+        let stiffness = self.scale(state);
         let mut is_held = false;
         for round in 0..MOST_ROUNDS {
-            if !self.solve_open(state, damping) {
+            self.cones.gather(state, stiffness, &mut self.rows);
+            if !self.system.factor(state, &self.rows, &self.open, damping) {
                 return false;
             }
-            if round + 1 == MOST_ROUNDS || !self.hold_crossed(plan, state) {
+            self.solve_factored(state, damping, &state.rows.residual);
+            if round + 1 == MOST_ROUNDS {
+                break;
+            }
+            let ranges = self.hold_crossed(plan, state);
+            if !self.cones.hold_crossed(&self.delta) && !ranges {
                 break;
             }
             is_held = true;
@@ -150,94 +112,6 @@ impl MotionStep {
         true
     }
 
-    /// The matrix of one degree of freedom, without what is held.
-    fn matrix(&self, state: &MotionState, k: usize, damping: f64, is_shared: bool) -> Banded {
-        let n = self.n_dofs;
-        let mut matrix = self.classes[self.class_of[k]].clone();
-        let (speed, shift) = (damping * self.stretch, damping * self.shift);
-        for t in 0..self.n_frames {
-            for d in 0..4 {
-                matrix.rows[t][d] += speed * self.speed.rows[t][d];
-            }
-            matrix.rows[t][0] += shift + if is_shared { 0.0 } else { state.curvature[t * n + k] };
-        }
-        if !is_shared && state.rate_bounds.is_bent[k] {
-            state.rate_bounds.curvature.add_to(k, &mut matrix);
-        }
-        for t in 0..self.n_frames {
-            let is_held = if is_shared { state.is_given[t] } else { !self.open[t * n + k] };
-            if is_held {
-                matrix.rows[t] = [1.0, 0.0, 0.0, 0.0];
-                for d in 1..4.min(t + 1) {
-                    matrix.rows[t - d][d] = 0.0;
-                }
-            }
-        }
-        matrix
-    }
-
-    /// Factors one matrix for each class, and one for each degree of freedom that differs from its class.
-    fn factor(&mut self, state: &MotionState, damping: f64) -> bool {
-        let n = self.n_dofs;
-        self.factors.clear();
-        for class in 0..self.classes.len() {
-            let k = self.class_of.iter().position(|c| *c == class).unwrap_or(0);
-            self.factors.push(self.matrix(state, k, damping, true));
-        }
-        for k in 0..n {
-            let differs = |t: usize| {
-                let idx = t * n + k;
-                state.curvature[idx] != 0.0 || self.open[idx] == state.is_given[t]
-            };
-            let is_own = state.rate_bounds.is_bent[k] || (0..self.n_frames).any(differs);
-            self.factor_of[k] = if is_own { self.factors.len() } else { self.class_of[k] };
-            if is_own {
-                self.factors.push(self.matrix(state, k, damping, false));
-            }
-        }
-        self.factors.iter_mut().all(Banded::factor)
-    }
-
-    /// `x := A⁻¹ x` where open, 0 elsewhere.
-    fn apply_inverse(&mut self, x: &mut [f64]) {
-        let n = self.n_dofs;
-        for k in 0..n {
-            for t in 0..self.n_frames {
-                self.line[t] = if self.open[t * n + k] { x[t * n + k] } else { 0.0 };
-            }
-            self.factors[self.factor_of[k]].solve_from(0, &mut self.line);
-            for t in 0..self.n_frames {
-                x[t * n + k] = if self.open[t * n + k] { self.line[t] } else { 0.0 };
-            }
-        }
-    }
-
-    /// Whether there are too many rows to solve over.
-    pub(crate) fn is_iterative(&self, state: &MotionState) -> bool {
-        state.rows.n_rows() > MOST_DIRECT_ROWS
-    }
-
-    /// Solves for what is open; the rest keeps its `delta`.
-    fn solve_open(&mut self, state: &MotionState, damping: f64) -> bool {
-        let factored = if !self.is_iterative(state) {
-            self.factor(state, damping) && self.factor_rows(&state.rows)
-        } else {
-            let mut iterative = std::mem::take(&mut self.iterative);
-            iterative.over_time().clear(self.n_dofs, self.n_frames);
-            for k in 0..self.n_dofs {
-                iterative.over_time().set(k, &self.matrix(state, k, damping, false));
-            }
-            let prepared = iterative.prepare(&state.rows, &self.open);
-            self.iterative = iterative;
-            prepared
-        };
-        if !factored {
-            return false;
-        }
-        self.solve_factored(state, damping, &state.rows.residual);
-        true
-    }
-
     /// Solves once more with what was factored last, for other residuals at the same place. With those of a
     /// step, less what the linear model says of it, this is the step that its curvature asks for: along a narrow curved
     /// valley it leads back to the ground (a second-order correction).
@@ -246,170 +120,17 @@ impl MotionStep {
         self.clamp(plan, state);
     }
 
+    /// Solves for residuals of the state's rows.
+    fn solve_factored(&mut self, state: &MotionState, damping: f64, residual: &[f64]) {
+        self.cones.add_residuals(residual, &mut self.residual);
+        self.system.solve(state, &self.rows, &self.open, damping, &self.residual, &mut self.delta);
+    }
+
     /// `residual -= J delta`
     pub(crate) fn subtract_model(&mut self, state: &MotionState, residual: &mut [f64]) {
         self.delta.iter_mut().for_each(|d| *d = -*d);
         state.rows.add_product(&self.delta, residual);
         self.delta.iter_mut().for_each(|d| *d = -*d);
-    }
-
-    fn solve_factored(&mut self, state: &MotionState, damping: f64, residual: &[f64]) {
-        let n = self.n_dofs;
-        let mut right = std::mem::take(&mut self.right);
-        let mut y = std::mem::take(&mut self.y);
-        // What is held moves its neighbours in time, and its own frame's rows.
-        right.clear();
-        right.extend_from_slice(&state.gradient);
-        y.clear();
-        y.extend_from_slice(residual);
-        let guess = self.delta.clone();
-        for idx in 0..self.delta.len() {
-            if self.open[idx] {
-                self.delta[idx] = 0.0;
-            }
-        }
-        if self.delta.iter().any(|d| *d != 0.0) {
-            self.add_coupling(state, damping, &mut right);
-            state.rows.add_product(&self.delta, &mut y);
-        }
-        if self.is_iterative(state) {
-            state.rows.add_transposed(&y, &mut right);
-            self.solve_iteratively(state, damping, &mut right, guess);
-            (self.right, self.y) = (right, y);
-            return;
-        }
-        // u = A⁻¹ g, then y = (I + J A⁻¹ Jᵀ)⁻¹ (r − J u).
-        let mut u = right.clone();
-        self.apply_inverse(&mut u);
-        u.iter_mut().for_each(|v| *v = -*v);
-        state.rows.add_product(&u, &mut y);
-        solve_dense(y.len(), &self.dense, &mut y);
-        state.rows.add_transposed(&y, &mut right);
-        self.apply_inverse(&mut right);
-        for idx in 0..n * self.n_frames {
-            if self.open[idx] {
-                self.delta[idx] = -right[idx];
-            }
-        }
-        (self.right, self.y) = (right, y);
-    }
-
-    /// The open part of `delta` from half the gradient of the model where that part is 0, and a guess.
-    fn solve_iteratively(&mut self, state: &MotionState, damping: f64, right: &mut [f64], mut x: Vec<f64>) {
-        for ((b, x), open) in right.iter_mut().zip(&mut x).zip(&self.open) {
-            (*b, *x) = if *open { (-*b, *x) } else { (0.0, 0.0) };
-        }
-        let mut iterative = std::mem::take(&mut self.iterative);
-        let apply = |x: &[f64], out: &mut [f64]| self.add_model_product(state, damping, x, out);
-        iterative.solve(&state.rows, &self.open, apply, right, &mut x);
-        self.iterative = iterative;
-        for idx in 0..x.len() {
-            if self.open[idx] {
-                self.delta[idx] = x[idx];
-            }
-        }
-    }
-
-    /// `out += (Jᵀ J + smoothness + damping + curvature) x`
-    fn add_model_product(&self, state: &MotionState, damping: f64, x: &[f64], out: &mut [f64]) {
-        let n = self.n_dofs;
-        let mut y = vec![0.0; state.rows.n_rows()];
-        state.rows.add_product(x, &mut y);
-        state.rows.add_transposed(&y, out);
-        let (speed, shift) = (damping * self.stretch, damping * self.shift);
-        for t in 0..self.n_frames {
-            for d in 0..4.min(self.n_frames - t) {
-                let of_speed = speed * self.speed.rows[t][d];
-                for k in 0..n {
-                    let entry = self.classes[self.class_of[k]].rows[t][d] + of_speed;
-                    out[t * n + k] += entry * x[(t + d) * n + k];
-                    if d > 0 {
-                        out[(t + d) * n + k] += entry * x[t * n + k];
-                    }
-                }
-            }
-        }
-        for (idx, out) in out.iter_mut().enumerate() {
-            *out += (shift + state.curvature[idx]) * x[idx];
-        }
-        if !state.rate_bounds.is_off() {
-            state.rate_bounds.curvature.add_product(x, out);
-        }
-    }
-
-    /// `right += (smoothness + damping + curvature) · delta`
-    fn add_coupling(&self, state: &MotionState, damping: f64, right: &mut [f64]) {
-        let n = self.n_dofs;
-        if !state.rate_bounds.is_off() {
-            state.rate_bounds.curvature.add_product(&self.delta, right);
-        }
-        for k in 0..n {
-            if (0..self.n_frames).all(|t| self.delta[t * n + k] == 0.0) {
-                continue;
-            }
-            let line: Vec<f64> = (0..self.n_frames).map(|t| self.delta[t * n + k]).collect();
-            let mut out = vec![0.0; self.n_frames];
-            self.classes[self.class_of[k]].add_product(&line, &mut out);
-            let mut speed = vec![0.0; self.n_frames];
-            self.speed.add_product(&line, &mut speed);
-            for t in 0..self.n_frames {
-                let own = damping * self.shift + state.curvature[t * n + k];
-                right[t * n + k] += out[t] + damping * self.stretch * speed[t] + own * line[t];
-            }
-        }
-    }
-
-    /// Factors `I + J A⁻¹ Jᵀ`.
-    fn factor_rows(&mut self, rows: &FrameRows) -> bool {
-        let (n, m, n_blocks) = (self.n_dofs, rows.n_rows(), rows.blocks.len());
-        self.invert_at(rows);
-        let mut dense = std::mem::take(&mut self.dense);
-        dense.clear();
-        dense.resize(m * m, 0.0);
-        let mut weighted = vec![0.0; n];
-        for (a, later) in rows.blocks.iter().enumerate() {
-            for (b, earlier) in rows.blocks[..=a].iter().enumerate() {
-                for i in later.first..later.first + later.n_rows {
-                    weighted.fill(0.0);
-                    for (run, entries) in rows.runs(i) {
-                        for (k, entry) in run.zip(entries) {
-                            let is_open = self.open[later.frame * n + k] && self.open[earlier.frame * n + k];
-                            let inverse = self.inverses[self.factor_of[k]][a * n_blocks + b];
-                            weighted[k] = if is_open { entry * inverse } else { 0.0 };
-                        }
-                    }
-                    for j in earlier.first..(earlier.first + earlier.n_rows).min(i + 1) {
-                        dense[i * m + j] = rows.dot(j, &weighted);
-                    }
-                }
-            }
-        }
-        for i in 0..m {
-            dense[i * m + i] += 1.0;
-        }
-        let factored = factor_dense(m, &mut dense);
-        self.dense = dense;
-        factored
-    }
-
-    /// The entries of the inverses at pairs of frames with rows.
-    fn invert_at(&mut self, rows: &FrameRows) {
-        let n_blocks = rows.blocks.len();
-        self.inverses.resize(self.factors.len(), Vec::new());
-        let columns = &mut self.columns;
-        for (factor, inverse) in self.factors.iter().zip(&mut self.inverses) {
-            columns.clear();
-            columns.resize(self.n_frames * n_blocks, 0.0);
-            for (b, block) in rows.blocks.iter().enumerate() {
-                columns[block.frame * n_blocks + b] = 1.0;
-            }
-            factor.solve_columns(n_blocks, columns);
-            inverse.clear();
-            for block in &rows.blocks {
-                let at = block.frame * n_blocks;
-                inverse.extend_from_slice(&columns[at..at + n_blocks]);
-            }
-        }
     }
 
     /// Holds what the step takes across a range at that range; says whether there was something.
@@ -433,9 +154,10 @@ impl MotionStep {
         crossed
     }
 
-    /// What is still beyond a range after the last round ends at it.
+    /// What is still beyond a limit after the last round ends at it.
     fn clamp(&mut self, plan: &Plan, state: &MotionState) {
         let (n, nc) = (self.n_dofs, plan.n_coords);
+        self.cones.clamp(&mut self.delta);
         for t in 0..self.n_frames {
             for k in 0..n {
                 let x = state.coords[t * nc + plan.coord_of_dof[k]];
@@ -461,28 +183,9 @@ impl MotionStep {
         }
     }
 
-    /// `deltaᵀ H delta` of what is not in rows.
+    /// `deltaᵀ H delta` of what is not in the state's rows.
     fn bend_beside_rows(&mut self, state: &MotionState) -> f64 {
-        let mut bend = 0.0;
-        if !state.rate_bounds.is_off() {
-            let mut product = vec![0.0; self.delta.len()];
-            state.rate_bounds.curvature.add_product(&self.delta, &mut product);
-            bend += self.delta.iter().zip(&product).map(|(d, p)| d * p).sum::<f64>();
-        }
-        let n = self.n_dofs;
-        let mut product = vec![0.0; self.n_frames];
-        for k in 0..n {
-            for t in 0..self.n_frames {
-                self.line[t] = self.delta[t * n + k];
-            }
-            product.fill(0.0);
-            self.classes[self.class_of[k]].add_product(&self.line, &mut product);
-            for t in 0..self.n_frames {
-                let d = self.line[t];
-                bend += d * (d * state.curvature[t * n + k] + product[t]);
-            }
-        }
-        bend
+        self.system.bend_beside_rows(state, &self.delta) + self.cones.bend_of(&self.delta)
     }
 
     /// The cost that the linear model promises for `delta`, losses and all.

@@ -1,0 +1,224 @@
+//! Cones of balls in the step of a motion: an edge that holds a ball back is one row along its normal, at its frame.
+//!
+//! In the tangent space of a ball its cone is a box along axes of its own, which differ from frame to frame, so that what
+//! it holds is no degree of freedom over time. A stiff row does the same: `√W (n·δ − way)`. Where the cost pushes against
+//! the edge of a swing, sliding along it falls back inside: the edge's bend times the push is curvature along
+//! the other two axes (as in `solvers/step.rs`), one row each.
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::TangentBox;
+
+use crate::motion::rows::{Block, FrameRows};
+use crate::motion::state::MotionState;
+use crate::motion::step::ON_LIMIT;
+use crate::motion::system::MOST_DIRECT_ROWS;
+use crate::plan::Plan;
+
+/// `W`, relative to the largest curvature of the terms: what the row leaves over is cut off.
+const STIFFNESS: f64 = 1e4;
+
+/// A ball with a cone.
+#[derive(Clone, Copy, Debug)]
+struct Ball {
+    mover: usize,
+    /// Where its three turning degrees of freedom and its quaternion lie.
+    dof: usize,
+    coord: usize,
+    /// The row of the plan that its rows are.
+    row: usize,
+}
+
+/// A ball at one frame.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    ball: usize,
+    frame: usize,
+    limits: TangentBox,
+    /// Which axes cannot move in this iteration.
+    blocked: [bool; 3],
+    /// How far each axis goes that is held in the current round.
+    held: [Option<f64>; 3],
+    /// Curvature along the axes beside the swing's edge.
+    bend: f64,
+}
+
+impl Place {
+    fn along(&self, n: usize, balls: &[Ball], delta: &[f64]) -> [f64; 3] {
+        let at = self.frame * n + balls[self.ball].dof;
+        let turn = DVec3::from_slice(&delta[at..at + 3]);
+        self.limits.axes.map(|axis| axis.dot(turn))
+    }
+}
+
+/// All balls with cones at all frames that are planned.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Cones {
+    n_dofs: usize,
+    balls: Vec<Ball>,
+    /// Frame by frame.
+    places: Vec<Place>,
+    /// Frames in the order in which their rows are taken in, as long as there is room for them: those at which
+    /// something is wanted first.
+    by_need: Vec<usize>,
+    has_room: Vec<bool>,
+    /// For each row, which of the state's it is, or how its residual is.
+    sources: Vec<Source>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    State(usize),
+    Own(f64),
+}
+
+impl Cones {
+    pub(crate) fn new(plan: &Plan, state: &MotionState, rows: &mut FrameRows) -> Self {
+        let mut balls = Vec::new();
+        for (mover, m) in plan.movers.iter().enumerate().filter(|(_, m)| m.motion.cone().is_some()) {
+            let dof = m.dof + m.n_dofs - 3;
+            let row = rows.add_support(dof..dof + 3);
+            balls.push(Ball { mover, dof, coord: m.coord + m.n_coords - 4, row });
+        }
+        let mut by_need: Vec<usize> = (0..state.n_frames).collect();
+        by_need.sort_by_key(|t| state.keyed.binary_search(t).is_err());
+        let has_room = vec![true; state.n_frames];
+        Self { n_dofs: plan.n_dofs, balls, by_need, has_room, ..Self::default() }
+    }
+
+    /// Finds the limits at the coordinates of the state, and which of them block for half a gradient. Where the system
+    /// is solved iteratively there are none, and cones hold by projection alone.
+    pub(crate) fn begin(&mut self, plan: &Plan, state: &MotionState, gradient: &[f64]) {
+        self.places.clear();
+        if state.rows.n_rows() > MOST_DIRECT_ROWS {
+            return;
+        }
+        let (n, nc) = (plan.n_dofs, plan.n_coords);
+        for frame in (0..state.n_frames).filter(|t| !state.is_given[*t]) {
+            for (ball, b) in self.balls.iter().enumerate() {
+                let Some(cone) = plan.movers[b.mover].motion.cone() else { continue };
+                let at = frame * nc + b.coord;
+                let limits = cone.tangent_box(DQuat::from_slice(&state.coords[at..at + 4]));
+                let pull = DVec3::from_slice(&gradient[frame * n + b.dof..frame * n + b.dof + 3]);
+                let mut blocked = [false; 3];
+                for (axis, blocked) in blocked.iter_mut().enumerate() {
+                    let (g, (down, up)) = (limits.axes[axis].dot(pull), limits.room[axis]);
+                    *blocked =
+                        (down >= -ON_LIMIT && (g > 0.0 || up <= ON_LIMIT)) || (up <= ON_LIMIT && g < 0.0);
+                }
+                let push = if blocked[0] { limits.axes[0].dot(pull).abs() } else { 0.0 };
+                let bend = limits.curvature * push;
+                self.places.push(Place { ball, frame, limits, blocked, held: [None; 3], bend });
+            }
+        }
+    }
+
+    /// Holds what is blocked, and nothing else.
+    pub(crate) fn open(&mut self) {
+        for place in &mut self.places {
+            place.held = place.blocked.map(|blocked| blocked.then_some(0.0));
+        }
+    }
+
+    /// The rows of the state, and those of what is held.
+    pub(crate) fn gather(&mut self, state: &MotionState, stiffness: f64, rows: &mut FrameRows) {
+        rows.clear();
+        self.sources.clear();
+        self.find_room(state);
+        let root = (STIFFNESS * stiffness).sqrt();
+        let (mut blocks, mut places) = (state.rows.blocks.iter().peekable(), self.places.iter().peekable());
+        for frame in 0..state.n_frames {
+            let first = rows.n_rows();
+            while let Some(block) = blocks.next_if(|block| block.frame == frame) {
+                for row in block.first..block.first + block.n_rows {
+                    rows.push_copy(&state.rows, row);
+                    self.sources.push(Source::State(row));
+                }
+            }
+            while let Some(place) = places.next_if(|place| place.frame == frame) {
+                if !self.has_room[frame] {
+                    continue;
+                }
+                let ball = self.balls[place.ball];
+                for axis in 0..3 {
+                    let (factor, way) = match place.held[axis] {
+                        Some(way) => (root, way),
+                        None if axis > 0 && place.bend > 0.0 => (place.bend.sqrt(), 0.0),
+                        None => continue,
+                    };
+                    let normal = place.limits.axes[axis].to_array();
+                    rows.push(ball.row, -factor * way, |k| factor * normal[k - ball.dof]);
+                    self.sources.push(Source::Own(-factor * way));
+                }
+            }
+            let n_rows = rows.n_rows() - first;
+            if n_rows > 0 {
+                rows.blocks.push(Block { frame, first, n_rows });
+            }
+        }
+    }
+
+    /// Finds the frames whose rows there is room for.
+    fn find_room(&mut self, state: &MotionState) {
+        let mut needed = vec![0; state.n_frames];
+        for place in &self.places {
+            let n_held = place.held.iter().filter(|held| held.is_some()).count();
+            needed[place.frame] += if place.bend > 0.0 { 3 } else { n_held };
+        }
+        let mut room = MOST_DIRECT_ROWS.saturating_sub(state.rows.n_rows());
+        for &frame in &self.by_need {
+            self.has_room[frame] = needed[frame] <= room;
+            if self.has_room[frame] {
+                room -= needed[frame];
+            }
+        }
+    }
+
+    /// The residuals of all rows from those of the state.
+    pub(crate) fn add_residuals(&self, of_state: &[f64], residual: &mut Vec<f64>) {
+        residual.clear();
+        residual.extend(self.sources.iter().map(|source| match source {
+            Source::State(row) => of_state[*row],
+            Source::Own(residual) => *residual,
+        }));
+    }
+
+    /// Holds what a step takes across a limit at that limit; says whether there was something.
+    pub(crate) fn hold_crossed(&mut self, delta: &[f64]) -> bool {
+        let mut crossed = false;
+        for place in &mut self.places {
+            let along = place.along(self.n_dofs, &self.balls, delta);
+            for ((held, along), (down, up)) in place.held.iter_mut().zip(along).zip(place.limits.room) {
+                let inside = along.max(down).min(up);
+                if held.is_none() && inside != along {
+                    (crossed, *held) = (true, Some(inside));
+                }
+            }
+        }
+        crossed
+    }
+
+    /// Cuts off what is still beyond a limit.
+    pub(crate) fn clamp(&self, delta: &mut [f64]) {
+        for place in &self.places {
+            let along = place.along(self.n_dofs, &self.balls, delta);
+            let mut turn = DVec3::ZERO;
+            for axis in 0..3 {
+                let (down, up) = place.limits.room[axis];
+                let way = if place.blocked[axis] { 0.0 } else { along[axis].max(down).min(up) };
+                turn += way * place.limits.axes[axis];
+            }
+            let at = place.frame * self.n_dofs + self.balls[place.ball].dof;
+            delta[at..at + 3].copy_from_slice(&turn.to_array());
+        }
+    }
+
+    /// What edges add to the curvature along a step.
+    pub(crate) fn bend_of(&self, delta: &[f64]) -> f64 {
+        let bent = self.places.iter().filter(|place| place.bend > 0.0);
+        bent.map(|place| {
+            let [_, b, c] = place.along(self.n_dofs, &self.balls, delta);
+            place.bend * (b * b + c * c)
+        })
+        .sum()
+    }
+}

@@ -1,0 +1,380 @@
+//! The linear system of a step of a motion, its structure in time exploited.
+//!
+//! Smoothness couples a degree of freedom with itself only, over at most three frames: for each there is one banded
+//! matrix `A` over time, factored in a time that is linear in frames. Rows `J` exist at the frames at which something is
+//! wanted, so that with few of them the step is solved over rows: `(J A⁻¹ Jᵀ + I) y = r − J A⁻¹ g`,
+//! `δ = −A⁻¹ (g + Jᵀ y)`. Frames that are given, and what a limit holds back, take no part.
+//!
+//! Damping is by the speed of the step rather than by its length: frames between two keys then follow the keys
+//! whatever the damping, which only shortens the step as a whole.
+
+use crate::motion::banded::Banded;
+use crate::motion::iterative::Iterative;
+use crate::motion::rows::{FrameRows, factor_dense, solve_dense};
+use crate::motion::state::MotionState;
+use crate::plan::Plan;
+
+/// Up to here the step is solved over rows; more would be a matrix too large.
+pub(crate) const MOST_DIRECT_ROWS: usize = 600;
+
+/// Memory of the system.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct System {
+    n_frames: usize,
+    n_dofs: usize,
+    /// Smoothness matrices by distinct weights, and which one each degree of freedom has.
+    classes: Vec<Banded>,
+    class_of: Vec<usize>,
+    /// The matrix of the squared speed, by which steps are damped.
+    speed: Banded,
+    /// How long a stretch of time one key moves (frames), and the damping of a shift of all frames.
+    stretch: f64,
+    shift: f64,
+    /// Factors of the matrices of classes, then of those degrees of freedom that have their own.
+    factors: Vec<Banded>,
+    factor_of: Vec<usize>,
+    /// `(A⁻¹)` at pairs of frames with rows, for each factor.
+    inverses: Vec<Vec<f64>>,
+    columns: Vec<f64>,
+    right: Vec<f64>,
+    y: Vec<f64>,
+    dense: Vec<f64>,
+    line: Vec<f64>,
+    iterative: Iterative,
+}
+
+impl System {
+    pub(crate) fn new(plan: &Plan, state: &MotionState) -> Self {
+        let (n, n_frames) = (plan.n_dofs, state.n_frames);
+        let mut distinct: Vec<[f64; 3]> = Vec::new();
+        let class_of = state.smoothness.weights.iter().map(|w| {
+            distinct.iter().position(|d| d == w).unwrap_or_else(|| {
+                distinct.push(*w);
+                distinct.len() - 1
+            })
+        });
+        let class_of = class_of.collect();
+        let n_keys = state.keyed.len().max(1) as f64;
+        let n_free = state.is_given.iter().filter(|given| !**given).count() as f64;
+        Self {
+            n_frames,
+            n_dofs: n,
+            classes: distinct
+                .into_iter()
+                .map(|[speed, acceleration, jerk]| [speed + state.spacing.weight, acceleration, jerk])
+                .map(|weights| Banded::smoothness(n_frames, weights))
+                .collect(),
+            class_of,
+            speed: Banded::smoothness(n_frames, [1.0, 0.0, 0.0]),
+            stretch: (n_free / n_keys).max(1.0),
+            shift: (n_keys / n_frames as f64).min(1.0),
+            factor_of: vec![0; n],
+            line: vec![0.0; n_frames],
+            ..Self::default()
+        }
+    }
+
+    /// The largest curvature along one degree of freedom of one frame, by which damping is measured.
+    pub(crate) fn scale(&self, state: &MotionState) -> f64 {
+        let mut largest = 0.0_f64;
+        let mut squares = vec![0.0; self.n_dofs];
+        for block in &state.rows.blocks {
+            let first = block.frame * self.n_dofs;
+            squares.copy_from_slice(&state.curvature[first..first + self.n_dofs]);
+            for row in block.first..block.first + block.n_rows {
+                for (run, entries) in state.rows.runs(row) {
+                    squares[run].iter_mut().zip(entries).for_each(|(s, a)| *s += a * a);
+                }
+            }
+            largest = squares.iter().fold(largest, |a, s| a.max(*s));
+        }
+        let smooth = self.classes.iter().flat_map(|c| &c.rows).map(|row| row[0]).fold(0.0, f64::max);
+        if largest > 0.0 { largest } else { smooth }
+    }
+
+    /// The matrix of one degree of freedom, without what is held: what is not open, or given where all of a class share it.
+    fn matrix(&self, state: &MotionState, k: usize, damping: f64, open: Option<&[bool]>) -> Banded {
+        let n = self.n_dofs;
+        let is_shared = open.is_none();
+        let mut matrix = self.classes[self.class_of[k]].clone();
+        let (speed, shift) = (damping * self.stretch, damping * self.shift);
+        for t in 0..self.n_frames {
+            for d in 0..4 {
+                matrix.rows[t][d] += speed * self.speed.rows[t][d];
+            }
+            matrix.rows[t][0] += shift + if is_shared { 0.0 } else { state.curvature[t * n + k] };
+        }
+        if !is_shared && state.rate_bounds.is_bent[k] {
+            state.rate_bounds.curvature.add_to(k, &mut matrix);
+        }
+        for t in 0..self.n_frames {
+            let is_held = open.map_or(state.is_given[t], |open| !open[t * n + k]);
+            if is_held {
+                matrix.rows[t] = [1.0, 0.0, 0.0, 0.0];
+                for d in 1..4.min(t + 1) {
+                    matrix.rows[t - d][d] = 0.0;
+                }
+            }
+        }
+        matrix
+    }
+
+    /// Factors one matrix for each class, and one for each degree of freedom that differs from its class.
+    fn factor_over_time(&mut self, state: &MotionState, open: &[bool], damping: f64) -> bool {
+        let n = self.n_dofs;
+        self.factors.clear();
+        for class in 0..self.classes.len() {
+            let k = self.class_of.iter().position(|c| *c == class).unwrap_or(0);
+            self.factors.push(self.matrix(state, k, damping, None));
+        }
+        for k in 0..n {
+            let differs = |t: usize| {
+                let idx = t * n + k;
+                state.curvature[idx] != 0.0 || open[idx] == state.is_given[t]
+            };
+            let is_own = state.rate_bounds.is_bent[k] || (0..self.n_frames).any(differs);
+            self.factor_of[k] = if is_own { self.factors.len() } else { self.class_of[k] };
+            if is_own {
+                self.factors.push(self.matrix(state, k, damping, Some(open)));
+            }
+        }
+        self.factors.iter_mut().all(Banded::factor)
+    }
+
+    /// `x := A⁻¹ x` where open, 0 elsewhere.
+    fn apply_inverse(&mut self, open: &[bool], x: &mut [f64]) {
+        let n = self.n_dofs;
+        for k in 0..n {
+            for t in 0..self.n_frames {
+                self.line[t] = if open[t * n + k] { x[t * n + k] } else { 0.0 };
+            }
+            self.factors[self.factor_of[k]].solve_from(0, &mut self.line);
+            for t in 0..self.n_frames {
+                x[t * n + k] = if open[t * n + k] { self.line[t] } else { 0.0 };
+            }
+        }
+    }
+
+    /// Factors the system for a damping. False where it cannot be solved with so little of it.
+    pub(crate) fn factor(
+        &mut self,
+        state: &MotionState,
+        rows: &FrameRows,
+        open: &[bool],
+        damping: f64,
+    ) -> bool {
+        if rows.n_rows() <= MOST_DIRECT_ROWS {
+            return self.factor_over_time(state, open, damping) && self.factor_rows(rows, open);
+        }
+        let mut iterative = std::mem::take(&mut self.iterative);
+        iterative.over_time().clear(self.n_dofs, self.n_frames);
+        for k in 0..self.n_dofs {
+            iterative.over_time().set(k, &self.matrix(state, k, damping, Some(open)));
+        }
+        let prepared = iterative.prepare(rows, open);
+        self.iterative = iterative;
+        prepared
+    }
+
+    /// Solves what was factored last for residuals of its rows; what is not open keeps its `delta`.
+    pub(crate) fn solve(
+        &mut self,
+        state: &MotionState,
+        rows: &FrameRows,
+        open: &[bool],
+        damping: f64,
+        residual: &[f64],
+        delta: &mut [f64],
+    ) {
+        let mut right = std::mem::take(&mut self.right);
+        let mut y = std::mem::take(&mut self.y);
+        // What is held moves its neighbours in time, and its own frame's rows.
+        right.clear();
+        right.extend_from_slice(&state.gradient);
+        y.clear();
+        y.extend_from_slice(residual);
+        let guess = delta.to_vec();
+        for (delta, open) in delta.iter_mut().zip(open) {
+            if *open {
+                *delta = 0.0;
+            }
+        }
+        if delta.iter().any(|d| *d != 0.0) {
+            self.add_coupling(state, damping, delta, &mut right);
+            rows.add_product(delta, &mut y);
+        }
+        if rows.n_rows() > MOST_DIRECT_ROWS {
+            rows.add_transposed(&y, &mut right);
+            self.solve_iteratively(state, rows, open, damping, &mut right, guess, delta);
+        } else {
+            // u = A⁻¹ g, then y = (I + J A⁻¹ Jᵀ)⁻¹ (r − J u).
+            let mut u = right.clone();
+            self.apply_inverse(open, &mut u);
+            u.iter_mut().for_each(|v| *v = -*v);
+            rows.add_product(&u, &mut y);
+            solve_dense(y.len(), &self.dense, &mut y);
+            rows.add_transposed(&y, &mut right);
+            self.apply_inverse(open, &mut right);
+            for idx in (0..delta.len()).filter(|idx| open[*idx]) {
+                delta[idx] = -right[idx];
+            }
+        }
+        (self.right, self.y) = (right, y);
+    }
+
+    /// The open part of `delta` from half the gradient of the model where that part is 0, and a guess.
+    fn solve_iteratively(
+        &mut self,
+        state: &MotionState,
+        rows: &FrameRows,
+        open: &[bool],
+        damping: f64,
+        right: &mut [f64],
+        mut x: Vec<f64>,
+        delta: &mut [f64],
+    ) {
+        for ((b, x), open) in right.iter_mut().zip(&mut x).zip(open) {
+            (*b, *x) = if *open { (-*b, *x) } else { (0.0, 0.0) };
+        }
+        let mut iterative = std::mem::take(&mut self.iterative);
+        let apply = |x: &[f64], out: &mut [f64]| self.add_model_product(state, rows, damping, x, out);
+        iterative.solve(rows, open, apply, right, &mut x);
+        self.iterative = iterative;
+        for idx in (0..x.len()).filter(|idx| open[*idx]) {
+            delta[idx] = x[idx];
+        }
+    }
+
+    /// `out += (Jᵀ J + smoothness + damping + curvature) x`
+    fn add_model_product(
+        &self,
+        state: &MotionState,
+        rows: &FrameRows,
+        damping: f64,
+        x: &[f64],
+        out: &mut [f64],
+    ) {
+        let n = self.n_dofs;
+        let mut y = vec![0.0; rows.n_rows()];
+        rows.add_product(x, &mut y);
+        rows.add_transposed(&y, out);
+        let (speed, shift) = (damping * self.stretch, damping * self.shift);
+        for t in 0..self.n_frames {
+            for d in 0..4.min(self.n_frames - t) {
+                let of_speed = speed * self.speed.rows[t][d];
+                for k in 0..n {
+                    let entry = self.classes[self.class_of[k]].rows[t][d] + of_speed;
+                    out[t * n + k] += entry * x[(t + d) * n + k];
+                    if d > 0 {
+                        out[(t + d) * n + k] += entry * x[t * n + k];
+                    }
+                }
+            }
+        }
+        for (idx, out) in out.iter_mut().enumerate() {
+            *out += (shift + state.curvature[idx]) * x[idx];
+        }
+        if !state.rate_bounds.is_off() {
+            state.rate_bounds.curvature.add_product(x, out);
+        }
+    }
+
+    /// `right += (smoothness + damping + curvature) · delta`
+    fn add_coupling(&self, state: &MotionState, damping: f64, delta: &[f64], right: &mut [f64]) {
+        let n = self.n_dofs;
+        if !state.rate_bounds.is_off() {
+            state.rate_bounds.curvature.add_product(delta, right);
+        }
+        for k in 0..n {
+            if (0..self.n_frames).all(|t| delta[t * n + k] == 0.0) {
+                continue;
+            }
+            let line: Vec<f64> = (0..self.n_frames).map(|t| delta[t * n + k]).collect();
+            let mut out = vec![0.0; self.n_frames];
+            self.classes[self.class_of[k]].add_product(&line, &mut out);
+            let mut speed = vec![0.0; self.n_frames];
+            self.speed.add_product(&line, &mut speed);
+            for t in 0..self.n_frames {
+                let own = damping * self.shift + state.curvature[t * n + k];
+                right[t * n + k] += out[t] + damping * self.stretch * speed[t] + own * line[t];
+            }
+        }
+    }
+
+    /// Factors `I + J A⁻¹ Jᵀ`.
+    fn factor_rows(&mut self, rows: &FrameRows, open: &[bool]) -> bool {
+        let (n, m, n_blocks) = (self.n_dofs, rows.n_rows(), rows.blocks.len());
+        self.invert_at(rows);
+        let mut dense = std::mem::take(&mut self.dense);
+        dense.clear();
+        dense.resize(m * m, 0.0);
+        let mut weighted = vec![0.0; n];
+        for (a, later) in rows.blocks.iter().enumerate() {
+            for (b, earlier) in rows.blocks[..=a].iter().enumerate() {
+                for i in later.first..later.first + later.n_rows {
+                    weighted.fill(0.0);
+                    for (run, entries) in rows.runs(i) {
+                        for (k, entry) in run.zip(entries) {
+                            let is_open = open[later.frame * n + k] && open[earlier.frame * n + k];
+                            let inverse = self.inverses[self.factor_of[k]][a * n_blocks + b];
+                            weighted[k] = if is_open { entry * inverse } else { 0.0 };
+                        }
+                    }
+                    for j in earlier.first..(earlier.first + earlier.n_rows).min(i + 1) {
+                        dense[i * m + j] = rows.dot(j, &weighted);
+                    }
+                }
+            }
+        }
+        for i in 0..m {
+            dense[i * m + i] += 1.0;
+        }
+        let factored = factor_dense(m, &mut dense);
+        self.dense = dense;
+        factored
+    }
+
+    /// The entries of the inverses at pairs of frames with rows.
+    fn invert_at(&mut self, rows: &FrameRows) {
+        let n_blocks = rows.blocks.len();
+        self.inverses.resize(self.factors.len(), Vec::new());
+        let columns = &mut self.columns;
+        for (factor, inverse) in self.factors.iter().zip(&mut self.inverses) {
+            columns.clear();
+            columns.resize(self.n_frames * n_blocks, 0.0);
+            for (b, block) in rows.blocks.iter().enumerate() {
+                columns[block.frame * n_blocks + b] = 1.0;
+            }
+            factor.solve_columns(n_blocks, columns);
+            inverse.clear();
+            for block in &rows.blocks {
+                let at = block.frame * n_blocks;
+                inverse.extend_from_slice(&columns[at..at + n_blocks]);
+            }
+        }
+    }
+
+    /// `deltaᵀ H delta` of what is not in rows, without damping.
+    pub(crate) fn bend_beside_rows(&mut self, state: &MotionState, delta: &[f64]) -> f64 {
+        let mut bend = 0.0;
+        if !state.rate_bounds.is_off() {
+            let mut product = vec![0.0; delta.len()];
+            state.rate_bounds.curvature.add_product(delta, &mut product);
+            bend += delta.iter().zip(&product).map(|(d, p)| d * p).sum::<f64>();
+        }
+        let n = self.n_dofs;
+        let mut product = vec![0.0; self.n_frames];
+        for k in 0..n {
+            for t in 0..self.n_frames {
+                self.line[t] = delta[t * n + k];
+            }
+            product.fill(0.0);
+            self.classes[self.class_of[k]].add_product(&self.line, &mut product);
+            for t in 0..self.n_frames {
+                let d = self.line[t];
+                bend += d * (d * state.curvature[t * n + k] + product[t]);
+            }
+        }
+        bend
+    }
+}
