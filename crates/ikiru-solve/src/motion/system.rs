@@ -144,15 +144,27 @@ impl System {
     /// `x := A⁻¹ x` where open, 0 elsewhere.
     fn apply_inverse(&mut self, open: &[bool], x: &mut [f64]) {
         let n = self.n_dofs;
-        for k in 0..n {
-            for t in 0..self.n_frames {
-                self.line[t] = if open[t * n + k] { x[t * n + k] } else { 0.0 };
-            }
-            self.factors[self.factor_of[k]].solve_from(0, &mut self.line);
-            for t in 0..self.n_frames {
-                x[t * n + k] = if open[t * n + k] { self.line[t] } else { 0.0 };
-            }
+        x.iter_mut().zip(open).filter(|(_, open)| !**open).for_each(|(x, _)| *x = 0.0);
+        // Degrees of freedom with the first matrix all at once, the others one by one.
+        let n_others = self.factor_of.iter().filter(|factor| **factor != 0).count();
+        let mut others = std::mem::take(&mut self.columns);
+        others.clear();
+        for k in (0..n).filter(|k| self.factor_of[*k] != 0) {
+            let line = &mut self.line;
+            line.clear();
+            line.extend((0..self.n_frames).map(|t| x[t * n + k]));
+            self.factors[self.factor_of[k]].solve_from(0, line);
+            others.extend_from_slice(line);
         }
+        if n_others < n {
+            self.factors[0].solve_columns(n, x);
+        }
+        let lines = (0..n).filter(|k| self.factor_of[*k] != 0).zip(others.chunks_exact(self.n_frames));
+        for (k, line) in lines {
+            line.iter().enumerate().for_each(|(t, value)| x[t * n + k] = *value);
+        }
+        self.columns = others;
+        x.iter_mut().zip(open).filter(|(_, open)| !**open).for_each(|(x, _)| *x = 0.0);
     }
 
     /// Factors the system for a damping. False where it cannot be solved with so little of it.
