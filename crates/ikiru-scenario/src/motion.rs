@@ -25,6 +25,8 @@ pub struct MotionSettings {
     pub smoothness: [f64; 3],
     /// The weight of even spacing; 0 by default.
     pub even_spacing: f64,
+    /// Whether the body stands still before the first and after the last frame; not by default.
+    pub at_rest: [bool; 2],
     /// Whether the first frame is the scenario's start; it is by default.
     pub fixed_start: bool,
     /// The last frame, where it is given.
@@ -122,6 +124,8 @@ fn build(
     }
     motion.set_smoothness(settings.smoothness)?;
     motion.set_even_spacing(settings.even_spacing)?;
+    let [start_at_rest, end_at_rest] = settings.at_rest;
+    motion.set_at_rest(start_at_rest, end_at_rest);
     if settings.fixed_start {
         motion.fix_start(start)?;
     }
@@ -142,8 +146,19 @@ pub(crate) fn read(
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<MotionSettings>, Error> {
     let Some(table) = scenario.table("motion")? else { return Ok(None) };
-    let own =
-        ["duration_secs", "rate", "points", "smoothness", "fixed_start", "end", "free_duration", "limits"];
+    let own = [
+        "duration_secs",
+        "rate",
+        "points",
+        "smoothness",
+        "even_spacing",
+        "start_at_rest",
+        "end_at_rest",
+        "fixed_start",
+        "end",
+        "free_duration",
+        "limits",
+    ];
     let keys: Vec<&'static str> = own.into_iter().chain(rate_limits::KEYS).collect();
     table.only(&keys)?;
     let timeline = timeline(&table)?;
@@ -160,6 +175,8 @@ pub(crate) fn read(
     let at_least_0 = "a weight of at least 0";
     let even_spacing =
         table.get("even_spacing").map_or(Ok(0.0), |v| v.number_that(|w| w >= 0.0, at_least_0))?;
+    let truth = |key: &str| table.get(key).map_or(Ok(false), |v| v.truth());
+    let at_rest = [truth("start_at_rest")?, truth("end_at_rest")?];
     let fixed_start = table.get("fixed_start").map_or(Ok(true), |v| v.truth())?;
     let end = match table.table("end")? {
         Some(end) => Some(pose_of_table(rig, &end, start.clone(), "[motion.end]", warnings)?),
@@ -185,6 +202,7 @@ pub(crate) fn read(
         timeline,
         smoothness,
         even_spacing,
+        at_rest,
         fixed_start,
         end,
         rate_limits,

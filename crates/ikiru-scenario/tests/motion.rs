@@ -120,3 +120,13 @@ fn wrong_limits_say_where_and_why() {
     refused(TARGET, &of("panda_joint1", "max_speed = 3"), 15, &["a hinge", "'max_speed'"]);
     refused(TARGET, &of("panda_joint1", "max_jerk_deg = 3"), 15, &["no key 'max_jerk_deg'"]);
 }
+
+#[test]
+fn weights_and_rest_are_taken_over() {
+    let motion = "duration_secs = 2\nsmoothness = [0, 1e-4, 1e-4]\neven_spacing = 0.25\nend_at_rest = true";
+    let scenario = read(TARGET, motion);
+    assert_eq!(scenario.motion.even_spacing(), 0.25);
+    assert_eq!(scenario.motion.at_rest(), [false, true]);
+    refused(TARGET, "duration_secs = 2\neven_spacing = -1", 14, &["'even_spacing'", "at least 0"]);
+    refused(TARGET, "duration_secs = 2\nstart_at_rest = 1", 14, &["true or false"]);
+}

@@ -481,3 +481,33 @@ fn at_the_edge_of_a_cone_too_the_optimum_is_met() {
         assert!((cost - best).abs() < 1e-4 * best, "case {case}: {cost} is not {best}");
     }
 }
+
+#[test]
+fn at_rest_a_motion_sets_in_and_ends_softly() {
+    let (rig, hand) = arm(100.0);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    motion.set_smoothness([0.0, 0.01, 0.1]).unwrap();
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    motion.add(10.0, When::End, Position::new(hand, DVec3::new(0.3, 0.5, 0.3))).unwrap();
+    let largest = |clip: &Clip, step: usize| {
+        let way = clip.poses()[step].difference(&clip.poses()[step + 1]).unwrap();
+        way.iter().fold(0.0_f64, |a, d| a.max(d.abs()))
+    };
+    let sudden = plan(SolverOptions::default(), &motion, &rig.rest_pose());
+    motion.set_at_rest(true, true);
+    let soft = plan(SolverOptions::default(), &motion, &rig.rest_pose());
+    assert!(sudden.report.success && soft.report.success);
+    for step in [0, 29] {
+        assert!(largest(&soft.clip, step) < 0.1 * largest(&soft.clip, 15));
+        assert!(largest(&sudden.clip, step) > 0.5 * largest(&sudden.clip, 15));
+    }
+    // The cost is that of equation 25 on the clip with frames before and behind it that stand still.
+    let mut poses = soft.clip.poses().to_vec();
+    poses.splice(0..0, vec![soft.clip.poses()[0].clone(); 3]);
+    poses.extend(vec![soft.clip.poses()[30].clone(); 3]);
+    let padded = Clip::new("", (0..poses.len()).map(|t| t as f64).collect(), poses).unwrap();
+    let [_, acceleration, jerk] = smoothness(&padded);
+    let [_, of_acceleration, of_jerk] = soft.report.smoothness;
+    assert!((of_acceleration - 0.01 * acceleration).abs() < 1e-9 * of_acceleration);
+    assert!((of_jerk - 0.1 * jerk).abs() < 1e-9 * of_jerk);
+}

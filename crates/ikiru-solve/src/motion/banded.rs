@@ -23,14 +23,36 @@ impl Banded {
                 continue;
             }
             for first in 0..(n + 1).saturating_sub(stencil.len()) {
-                for (i, a) in stencil.iter().enumerate() {
-                    for (j, b) in stencil.iter().enumerate().skip(i) {
-                        matrix.rows[first + i][j - i] += weight * a * b;
-                    }
-                }
+                matrix.add_square(first, stencil, weight);
             }
         }
         matrix
+    }
+
+    /// The same with the differences across the ends at which the motion is at rest: there it goes on as if frames
+    /// like the first or the last stood before or behind it.
+    pub(crate) fn smoothness_at_rest(n: usize, weights: [f64; 3], at_rest: [bool; 2]) -> Self {
+        let mut matrix = Self::smoothness(n, weights);
+        let [_, acceleration, jerk] = weights;
+        let ends: [(usize, usize, &[f64]); 2] = [(0, 0, &[2.0, -3.0, 1.0]), (2, 3, &[-1.0, 3.0, -2.0])];
+        for ((step, pair, bend), _) in ends.iter().zip(at_rest).filter(|(_, at_rest)| *at_rest) {
+            if n >= 2 {
+                matrix.add_square(if *step == 0 { 0 } else { n - step }, STENCILS[0], acceleration + jerk);
+            }
+            if n >= 3 {
+                matrix.add_square(if *pair == 0 { 0 } else { n - pair }, bend, jerk);
+            }
+        }
+        matrix
+    }
+
+    /// Adds `weight (Σ stencil · x)²` from an entry on.
+    fn add_square(&mut self, first: usize, stencil: &[f64], weight: f64) {
+        for (i, a) in stencil.iter().enumerate() {
+            for (j, b) in stencil.iter().enumerate().skip(i) {
+                self.rows[first + i][j - i] += weight * a * b;
+            }
+        }
     }
 
     /// `y += A x`
@@ -267,6 +289,34 @@ mod tests {
             Banded::smoothness(n, weights).add_product(&x, &mut product);
             let form: f64 = product.iter().zip(&x).map(|(a, b)| a * b).sum();
             assert!((form - expected).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn at_rest_means_more_frames_of_the_same() {
+        let mut random = Random::new(4);
+        for n in [3, 4, 9] {
+            for at_rest in [[true, false], [false, true], [true, true]] {
+                let x: Vec<f64> = (0..n).map(|_| random.between(-1.0, 1.0)).collect();
+                let weights = [0.3, 0.7, 1.1];
+                let mut padded = x.clone();
+                if at_rest[0] {
+                    padded.splice(0..0, [x[0]; 3]);
+                }
+                if at_rest[1] {
+                    padded.extend([x[n - 1]; 3]);
+                }
+                let mut differences = padded;
+                let mut expected = 0.0;
+                for weight in weights {
+                    differences = differences.windows(2).map(|w| w[1] - w[0]).collect();
+                    expected += weight * differences.iter().map(|d| d * d).sum::<f64>();
+                }
+                let mut product = vec![0.0; n];
+                Banded::smoothness_at_rest(n, weights, at_rest).add_product(&x, &mut product);
+                let form: f64 = product.iter().zip(&x).map(|(a, b)| a * b).sum();
+                assert!((form - expected).abs() < 1e-12, "{n} {at_rest:?}: {form} is not {expected}");
+            }
         }
     }
 

@@ -55,6 +55,7 @@ impl Run<'_> {
         if self.exceeded_now().is_empty() {
             return outcome;
         }
+        let is_rate_bound = self.succeeded(&outcome);
         let first = outcome.cost.max(LEAST_PENALTY * cost);
         let n = self.plan.n_dofs;
         let to_the_end = Bar { cost_below: None, impatient: false };
@@ -90,7 +91,7 @@ impl Run<'_> {
         self.state.rate_bounds.begin(0.0);
         let keeps = self.retreat();
         let cost = self.state.evaluate(&self.plan, self.motion);
-        Outcome { cost: if keeps { cost } else { f64::INFINITY }, ..outcome }
+        Outcome { cost: if keeps { cost } else { f64::INFINITY }, stop: outcome.stop, is_rate_bound }
     }
 
     /// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates: the straight

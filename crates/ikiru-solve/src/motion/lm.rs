@@ -42,11 +42,11 @@ impl Run<'_> {
         let mut patience = bar.patience(cost);
         'accepted: loop {
             if bar.is_met(cost) {
-                return Outcome { cost, stop: StopReason::Reached };
+                return Outcome::new(cost, StopReason::Reached);
             }
             state.linearize(plan, motion);
             if step.begin(plan, state) == 0.0 {
-                return Outcome { cost, stop: StopReason::Converged };
+                return Outcome::new(cost, StopReason::Converged);
             }
             if damping == 0.0 {
                 scale = step.scale(state);
@@ -57,11 +57,11 @@ impl Run<'_> {
             loop {
                 if let Some(stop) = self.budget.spend() {
                     state.coords.copy_from_slice(accepted);
-                    return Outcome { cost, stop };
+                    return Outcome::new(cost, stop);
                 }
                 if damping > MOST_DAMPING * scale {
                     state.coords.copy_from_slice(accepted);
-                    return Outcome { cost, stop: StopReason::NoProgress };
+                    return Outcome::new(cost, StopReason::NoProgress);
                 }
                 let least = if step.is_iterative(state) { LEAST_DAMPING_ITERATIVE } else { LEAST_DAMPING };
                 let damping_now = (damping * (cost / first).sqrt()).max(least * scale);
@@ -81,7 +81,7 @@ impl Run<'_> {
                 };
                 if longest < LEAST_STEP || is_done {
                     state.coords.copy_from_slice(accepted);
-                    return Outcome { cost, stop: StopReason::Converged };
+                    return Outcome::new(cost, StopReason::Converged);
                 }
                 state.step(plan, accepted, &step.delta);
                 let mut trial = state.evaluate(plan, motion);
@@ -111,7 +111,7 @@ impl Run<'_> {
                     };
                     cost = trial;
                     if patience.is_over(cost) {
-                        return Outcome { cost, stop: StopReason::NoProgress };
+                        return Outcome::new(cost, StopReason::NoProgress);
                     }
                     continue 'accepted;
                 }

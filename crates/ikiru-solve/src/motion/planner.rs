@@ -18,6 +18,9 @@ use crate::solvers::seeds::Seeds;
 /// How many starts are looked at for each restart; the cheapest is taken.
 const SCREENED: usize = 3;
 
+/// Most restarts of a motion that limits on rates keep from what it reaches without them.
+const MOST_RATE_BOUND: usize = 2;
+
 /// A planned motion.
 #[derive(Clone, Debug)]
 pub struct PlannedMotion {
@@ -45,6 +48,14 @@ pub(super) struct Outcome {
     /// Of the motion, without limits on rates; infinite where those do not hold.
     pub(super) cost: f64,
     pub(super) stop: StopReason,
+    /// Whether all that is wanted was met as if nothing limited rates: another start hardly helps then.
+    pub(super) is_rate_bound: bool,
+}
+
+impl Outcome {
+    pub(super) fn new(cost: f64, stop: StopReason) -> Self {
+        Self { cost, stop, is_rate_bound: false }
+    }
 }
 
 impl Solver {
@@ -215,6 +226,7 @@ impl<'a> Run<'a> {
         self.workspace.best.copy_from_slice(&self.state.coords);
         let seeds = Seeds::new(&self.plan);
         let mut restarts = 0;
+        let max_restarts = if best.is_rate_bound { max_restarts.min(MOST_RATE_BOUND) } else { max_restarts };
         while !success && restarts < max_restarts && best.stop != StopReason::TimeBudget {
             self.budget.next_start();
             let cost = self.screen(&seeds, restarts);
@@ -239,7 +251,7 @@ impl<'a> Run<'a> {
         (best, restarts)
     }
 
-    fn succeeded(&mut self, outcome: &Outcome) -> bool {
+    pub(super) fn succeeded(&mut self, outcome: &Outcome) -> bool {
         match self.solver.options().cost_below {
             Some(bar) => outcome.cost < bar,
             None => self.state.is_satisfied(&self.plan, self.motion),
@@ -305,7 +317,7 @@ impl<'a> Run<'a> {
                 let adam = &mut self.workspace.adam;
                 let (cost, stop) =
                     adam.run(options, &self.plan, self.motion, &mut self.state, cost, bar, &mut self.budget);
-                Outcome { cost, stop }
+                Outcome::new(cost, stop)
             }
             _ if self.holds_rates() => self.run_limited(cost, bar),
             _ => self.run_lm(cost, bar, LEAST_GAIN),

@@ -98,6 +98,7 @@ pub struct MotionProblem {
     smoothness: [f64; 3],
     of_joints: Vec<(JointId, [f64; 3])>,
     even_spacing: f64,
+    at_rest: [bool; 2],
     /// Frames that are given, from the first on.
     history: Vec<Pose>,
     end: Option<Pose>,
@@ -121,6 +122,7 @@ impl MotionProblem {
             smoothness: [0.001; 3],
             of_joints: Vec::new(),
             even_spacing: 0.0,
+            at_rest: [false; 2],
             history: Vec::new(),
             end: None,
             rate_limits: Vec::new(),
@@ -287,6 +289,19 @@ impl MotionProblem {
         }
         self.even_spacing = weight;
         Ok(())
+    }
+
+    /// Whether the body stands still before the first and after the last frame. If so, getting into motion and coming to
+    /// a stop count for acceleration and jerk as they do in between: the motion sets in and ends softly. Neither at
+    /// first: a motion then begins and ends at any speed.
+    pub fn set_at_rest(&mut self, start: bool, end: bool) {
+        self.at_rest = [start, end];
+    }
+
+    /// Whether the body stands still before the first and after the last frame.
+    #[must_use]
+    pub fn at_rest(&self) -> [bool; 2] {
+        self.at_rest
     }
 
     /// The weight of even spacing.

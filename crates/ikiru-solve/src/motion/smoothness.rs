@@ -8,20 +8,29 @@ use ikiru_rig::{Motion, difference_joint};
 
 use crate::plan::Plan;
 
+/// A step beside an end, and the one after it.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    step: usize,
+    next: Option<usize>,
+}
+
 /// Memory for differences over time: `n_frames × n_dofs` numbers each, frame by frame.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Smoothness {
     /// Weights of the three orders, for each degree of freedom.
     pub(crate) weights: Vec<[f64; 3]>,
+    /// Whether the motion is at rest before its first and behind its last frame.
+    pub(crate) at_rest: [bool; 2],
     first: Vec<f64>,
     second: Vec<f64>,
     third: Vec<f64>,
 }
 
 impl Smoothness {
-    pub(crate) fn new(weights: Vec<[f64; 3]>, n_frames: usize) -> Self {
+    pub(crate) fn new(weights: Vec<[f64; 3]>, at_rest: [bool; 2], n_frames: usize) -> Self {
         let n = weights.len() * n_frames;
-        Self { weights, first: vec![0.0; n], second: vec![0.0; n], third: vec![0.0; n] }
+        Self { weights, at_rest, first: vec![0.0; n], second: vec![0.0; n], third: vec![0.0; n] }
     }
 
     /// The cost of each order, at the coordinates of all frames (`n_frames × n_coords`).
@@ -52,7 +61,46 @@ impl Smoothness {
                 }
             }
         }
+        for end in self.ends(n, n_frames) {
+            for (k, [_, acceleration, jerk]) in self.weights.iter().enumerate() {
+                let step = self.first[end.step * n + k];
+                cost[1] += acceleration * step * step;
+                cost[2] += jerk * step * step;
+                if let Some(next) = end.next {
+                    let bend = self.first[next * n + k] - 2.0 * step;
+                    cost[2] += jerk * bend * bend;
+                }
+            }
+        }
         cost
+    }
+
+    /// The ends at which the motion is at rest: the step beside it and the one after, if there is one.
+    fn ends(&self, n: usize, n_frames: usize) -> impl Iterator<Item = End> + use<> {
+        let last = n_frames.saturating_sub(2);
+        let first = End { step: 0, next: (last > 0).then_some(1) };
+        let other = End { step: last, next: last.checked_sub(1) };
+        let is_there = n > 0 && n_frames >= 2;
+        [first, other]
+            .into_iter()
+            .zip(self.at_rest)
+            .filter(move |(_, at)| is_there && *at)
+            .map(|(end, _)| end)
+    }
+
+    /// Half the gradient of what is at rest, by one difference.
+    fn rest_pull(&self, end: End, t: usize, n: usize, k: usize) -> f64 {
+        let [_, acceleration, jerk] = self.weights[k];
+        let step = self.first[end.step * n + k];
+        let bend = end.next.map_or(0.0, |next| self.first[next * n + k] - 2.0 * step);
+        let mut pull = 0.0;
+        if t == end.step {
+            pull += (acceleration + jerk) * step - 2.0 * jerk * bend;
+        }
+        if end.next == Some(t) {
+            pull += jerk * bend;
+        }
+        pull
     }
 
     /// The differences from frame to frame, as of the last [`cost`](Self::cost).
@@ -90,6 +138,9 @@ impl Smoothness {
                     let after = if t + 2 < n_frames { self.second[i] } else { 0.0 };
                     let before = if t > 0 { self.second[i - n] } else { 0.0 };
                     pull[j] = w[k][0] * self.first[i] + before - after + others[i];
+                    for end in self.ends(n, n_frames) {
+                        pull[j] += self.rest_pull(end, t, n, k);
+                    }
                 }
                 let v = &self.first[t * n + m.dof..t * n + m.dof + m.n_dofs];
                 let (mut from, mut to) = (pull, pull);
@@ -151,7 +202,8 @@ mod tests {
                     coords.extend_from_slice(&pose.coords()[m.pose_coord..m.pose_coord + m.n_coords]);
                 }
             }
-            let mut smoothness = Smoothness::new(weights, n_frames);
+            let at_rest = [random.below(2) == 0, random.below(2) == 0];
+            let mut smoothness = Smoothness::new(weights, at_rest, n_frames);
             smoothness.cost(&plan, &coords);
             let mut gradient = vec![0.0; n * n_frames];
             smoothness.add_half_gradient(&plan, &vec![0.0; n * n_frames], &mut gradient);

@@ -58,7 +58,7 @@ impl MotionState {
             gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             cost_beside_rows: 0.0,
-            smoothness: Smoothness::new(weights, n_frames),
+            smoothness: Smoothness::new(weights, motion.at_rest(), n_frames),
             smoothness_cost: [0.0; 3],
             spacing: Spacing::new(motion.even_spacing()),
             spacing_cost: 0.0,

@@ -62,7 +62,7 @@ impl System {
             classes: distinct
                 .into_iter()
                 .map(|[speed, acceleration, jerk]| [speed + state.spacing.weight, acceleration, jerk])
-                .map(|weights| Banded::smoothness(n_frames, weights))
+                .map(|weights| Banded::smoothness_at_rest(n_frames, weights, state.smoothness.at_rest))
                 .collect(),
             class_of,
             speed: Banded::smoothness(n_frames, [1.0, 0.0, 0.0]),
