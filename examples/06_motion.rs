@@ -16,6 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         MotionProblem::new(rig, rig.chain("leftShoulder", "leftHand")?, Timeline::seconds(2.0, 30.0)?);
     motion.set_smoothness([0.001, 0.01, 0.01])?;
     motion.fix_start(&rig.rest_pose())?;
+    motion.set_at_rest(true, true);
     motion.add(10.0, When::At(1.0), Position::new(hand, DVec3::new(0.45, 1.35, 0.35)))?;
     let end = motion.add(10.0, When::End, Position::new(hand, DVec3::new(0.20, 1.20, 0.40)))?;
 

@@ -144,3 +144,83 @@ fn what_cannot_be_planned_says_where_and_why() {
     ikiru(&["plan", &path("three_points"), "--plot", "m.pdf"]).fails(2, &[".svg or .png"]);
     ikiru(&["solve", &path("three_points")]).fails(2, &["has a [motion]", "ikiru plan"]);
 }
+
+/// Largest speed and acceleration of a hinge, by differences of the angles that were written.
+fn rates_of(report: &Value, joint: &str, axis: usize) -> (f64, f64) {
+    let numbers =
+        |list: &Value| -> Vec<f64> { list.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect() };
+    let times = numbers(&report["times"]);
+    let turns = report["joints"][joint].as_array().unwrap();
+    let angles: Vec<f64> = turns
+        .iter()
+        .map(|turn| {
+            let q = numbers(turn);
+            2.0 * q[axis].atan2(q[3])
+        })
+        .collect();
+    let speeds: Vec<f64> =
+        (1..times.len()).map(|i| (angles[i] - angles[i - 1]) / (times[i] - times[i - 1])).collect();
+    let accelerations =
+        (1..speeds.len()).map(|i| (speeds[i] - speeds[i - 1]) * 2.0 / (times[i + 1] - times[i - 1]));
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |a, v| a.max(v.abs()));
+    (largest(&mut speeds.iter().copied()).to_degrees(), largest(&mut accelerations.into_iter()).to_degrees())
+}
+
+#[test]
+fn limits_on_rates_hold_in_what_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(path("panda_limits")).unwrap();
+    let free = ikiru_in(folder.path(), &["plan", &path("panda_limits"), "--json"]);
+    assert_eq!(free.code, 0, "{}", free.stderr);
+    // The same in the time that is wished for: limits hold, a target is missed, and the report says which and when.
+    std::fs::write(folder.path().join("fixed.toml"), text.replace("free_duration = true", "")).unwrap();
+    let fixed = ikiru_in(folder.path(), &["plan", "fixed.toml", "--json"]);
+    assert_eq!(fixed.code, 1, "{}", fixed.stderr);
+    // Without limits, they would not hold.
+    let unlimited: String = text
+        .lines()
+        .filter(|line| {
+            !line.starts_with("max_") && !line.starts_with("[motion.limits") && !line.starts_with("free")
+        })
+        .map(|line| format!("{line}\n"))
+        .collect();
+    std::fs::write(folder.path().join("unlimited.toml"), unlimited).unwrap();
+    let unlimited = ikiru_in(folder.path(), &["plan", "unlimited.toml", "--json"]);
+    assert_eq!(unlimited.code, 0, "{}", unlimited.stderr);
+    let mut exceeded = 0;
+    for (number, most_speed, most_acceleration) in
+        [(1, 124.6, 859.4), (2, 124.6, 429.7), (3, 124.6, 573.0), (4, 124.6, 716.2), (6, 149.5, 859.4)]
+    {
+        let joint = format!("panda_joint{number}");
+        for report in [free.json(), fixed.json()] {
+            assert!(report["exceeded"].as_array().unwrap().is_empty());
+            let (speed, acceleration) = rates_of(&report, &joint, 2);
+            // Differences are means of what the curve does, and so never above it.
+            assert!(speed <= most_speed * (1.0 + 1e-6), "{joint}: {speed}");
+            assert!(acceleration <= most_acceleration * (1.0 + 1e-3), "{joint}: {acceleration}");
+        }
+        let (speed, acceleration) = rates_of(&unlimited.json(), &joint, 2);
+        exceeded += usize::from(speed > most_speed || acceleration > most_acceleration);
+    }
+    assert!(exceeded >= 2, "{exceeded}");
+    let (free, fixed) = (free.json(), fixed.json());
+    let last = |report: &Value| report["times"].as_array().unwrap().last().unwrap().as_f64().unwrap();
+    assert!(last(&free) > 1.2 && (last(&fixed) - 0.9).abs() < 1e-9);
+    assert!(free["objectives"][1]["at"].as_f64().unwrap() == last(&free));
+    assert!(fixed["objectives"].as_array().unwrap().iter().any(|o| o["satisfied"] == false));
+    // Given frames too far apart: the joint, the time, and by how much.
+    let far = "version = 1\nrig = \"builtin:panda\"\n[[objective]]\nkind = \"rest_pose\"\nat = 0.5\n\
+               [motion]\nduration_secs = 1\nmax_speed_deg = 20\n[motion.end]\npanda_joint1 = { angle_deg = 90 }\n";
+    std::fs::write(folder.path().join("far.toml"), far).unwrap();
+    let run = ikiru_in(folder.path(), &["plan", "far.toml", "--json"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    let report = run.json();
+    assert_eq!(report["exceeded"][0]["joint"], "panda_joint1");
+    assert_eq!(
+        (&report["exceeded"][0]["kind"], &report["exceeded"][0]["unit"]),
+        (&"speed".into(), &"deg/s".into())
+    );
+    assert!(report["exceeded"][0]["value"].as_f64().unwrap() > 80.0);
+    let run = ikiru_in(folder.path(), &["plan", "far.toml"]);
+    assert!(run.stdout.contains("exceeded") && run.stdout.contains("at most 20.0000°/s"), "{}", run.stdout);
+}

@@ -74,6 +74,37 @@
 //! # }
 //! ```
 //!
+//! # Motions
+//!
+//! The same objectives placed on a timeline: [`MotionProblem`] is solved as a whole, smooth in speed, acceleration and
+//! jerk, and gives a [`Clip`]. Limits on speed and acceleration are hard, anywhere on its curve.
+//!
+//! ```
+//! use ikiru::{
+//!     Clip, DVec3, MotionProblem, MotionWorkspace, Part, Position, Rate, RateLimit, Solver, Timeline, When, formats,
+//! };
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let loaded = formats::read("builtin:human")?;
+//! # let rig = &loaded.rig;
+//! let (elbow, hand) = (rig.joint("leftLowerArm")?, rig.joint("leftHand")?);
+//! let timeline = Timeline::seconds(2.0, 30.0)?; // 61 frames
+//! let mut motion = MotionProblem::new(rig, rig.chain("leftShoulder", "leftHand")?, timeline);
+//! motion.set_smoothness([0.0, 0.01, 0.1])?;
+//! motion.set_at_rest(true, true);
+//! motion.fix_start(&rig.rest_pose())?;
+//! motion.add(10.0, When::At(1.0), Position::new(hand, DVec3::new(0.45, 1.35, 0.35)))?;
+//! motion.add(10.0, When::End, Position::new(hand, DVec3::new(0.20, 1.20, 0.40)))?;
+//! let most = 240_f64.to_radians(); // a second
+//! motion.set_rate_limits(&[RateLimit { joint: elbow, part: Part::Rotation, rate: Rate::Speed, most }])?;
+//!
+//! let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()])?;
+//! let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default());
+//! assert!(planned.report.success && planned.clip.peak_speed(elbow, Part::Rotation).value <= most);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! # Scenarios
 //!
 //! All of it can stand in a TOML file, which the command `ikiru solve` and every other front end read as well:
@@ -97,7 +128,8 @@ pub use ikiru_solve as solve;
 pub use glam::{DQuat, DVec3};
 pub use ikiru_formats::Loaded;
 pub use ikiru_rig::{
-    Clip, Cone, EulerOrder, Frame, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder, Role, Scalar,
+    Clip, Cone, EulerOrder, Frame, Joint, JointId, Motion, Part, Pose, Range, Rate, RateLimit, Rig,
+    RigBuilder, Role, Scalar,
 };
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::{
@@ -105,7 +137,8 @@ pub use ikiru_solve::objectives::{
 };
 pub use ikiru_solve::{
     Loss, Method, MotionProblem, MotionReport, MotionWorkspace, Objective, PlannedMotion, Problem, Report,
-    Residual, Search, Solver, SolverOptions, StopReason, TermId, Timeline, Tolerance, Unit, When, Workspace,
+    Residual, Search, Solver, SolverOptions, StopReason, TargetPath, TermId, Timeline, Tolerance, Unit, When,
+    Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.
