@@ -4,6 +4,7 @@
 mod adam;
 mod banded;
 mod cones;
+mod error;
 mod frame_terms;
 mod iterative;
 mod limited;
@@ -21,8 +22,9 @@ mod step;
 mod system;
 mod timeline;
 
+pub use error::MotionError;
 pub use path::{TargetPath, TargetPathError};
 pub use planner::{MotionWorkspace, PlannedMotion};
-pub use problem::{MotionError, MotionProblem, When};
+pub use problem::{MotionProblem, When};
 pub use report::{MotionReport, MotionTermReport};
 pub use timeline::{Timeline, TimelineError};
