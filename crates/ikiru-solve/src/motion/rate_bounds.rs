@@ -110,9 +110,10 @@ impl RateBounds {
         self.penalty == 0.0 || self.bounds.is_empty()
     }
 
-    /// The weight of what is beyond a limit; 0 lets all limits be. Multipliers begin anew.
+    /// The weight of what is beyond a limit; 0 lets all limits be. Multipliers, and what is allowed, begin anew.
     pub(crate) fn begin(&mut self, penalty: f64) {
         self.penalty = penalty;
+        self.bounds.iter_mut().for_each(|bound| bound.part = 1.0 - MARGIN);
         self.multipliers.fill(0.0);
         self.is_bent.fill(false);
     }
