@@ -37,7 +37,7 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Take a rig or motion from one format to another, or a motion onto another character
     Convert(ConvertArgs),
-    /// Measure: the paper's evaluation, and arms of robots
+    /// Measure: the paper's evaluation, arms of robots, and how good planned motions are
     #[command(subcommand)]
     Bench(BenchCommand),
 }
@@ -48,6 +48,8 @@ pub(crate) enum BenchCommand {
     Paper(PaperArgs),
     /// Arms of robots: random reachable poses, cold, to 1e-5 m and 1e-5 rad inside the limits
     Robots(RobotsArgs),
+    /// Planned motions: how smooth they are beside poses solved one by one, and within limits on speed
+    Motions(MotionsArgs),
 }
 
 #[derive(Debug, Group)]
@@ -141,6 +143,41 @@ pub(crate) struct RobotsArgs {
     /// Print the table as Markdown
     #[arg(long)]
     pub(crate) markdown: bool,
+}
+
+#[derive(Debug, Group)]
+#[command(after_help = "\
+Examples:
+  ikiru bench motions
+  ikiru bench motions three_points wave.toml
+  ikiru bench motions --json | jq '.[] | [.scenario, .way, .total_jerk]'
+  ikiru bench motions --out motions.md
+
+Each scenario's motion is got in six ways: its keys solved one by one with the straight way between them; by the
+paper's method; by 'lm' with the paper's smoothness; as the scenario says; the same with every speed limited to 0.7 of
+the peak; and with as much time as that limit takes.")]
+pub(crate) struct MotionsArgs {
+    /// Scenarios with [motion]: .toml files, or reach_palm_down, three_points, panda_arc; all these three by default
+    #[arg(value_name = "SCENARIO")]
+    pub(crate) scenarios: Vec<PathBuf>,
+    /// Print the rows as one JSON list
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Where the result goes too: .json (the rows) or .md (the tables)
+    #[arg(long, value_name = "FILE", value_parser = parse_table_out)]
+    pub(crate) out: Option<PathBuf>,
+    /// How often each motion is planned; the median time counts
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = parse_count)]
+    pub(crate) runs: usize,
+}
+
+fn parse_table_out(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if has_ending(&path, &["json", "md"]) {
+        Ok(path)
+    } else {
+        Err("expected a name that ends in .json or .md".to_owned())
+    }
 }
 
 fn parse_count(text: &str) -> Result<usize, String> {

@@ -31,6 +31,7 @@ fn main() -> ExitCode {
         Command::Convert(convert) => commands::convert::run(&convert),
         Command::Bench(BenchCommand::Paper(paper)) => commands::bench::paper(&paper),
         Command::Bench(BenchCommand::Robots(robots)) => commands::bench::robots(&robots),
+        Command::Bench(BenchCommand::Motions(motions)) => commands::bench::motions(&motions),
     };
     match done {
         Ok(outcome) => outcome.exit_code(),

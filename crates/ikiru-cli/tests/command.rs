@@ -390,3 +390,52 @@ fn bench_robots_solves_arms_that_ship_and_others() {
     robots(&["--robots", "pr2"]).fails(2, &["pr2", "panda, ur5, xarm7, g1"]);
     robots(&["--method", "ik"]).fails(2, &["'ik'", "lm, adam"]);
 }
+
+#[test]
+fn bench_motions_compares_ways_to_get_one_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let motions =
+        |more: &[&str]| ikiru_in(folder.path(), &[&["bench", "motions", "--runs", "1"], more].concat());
+    let run = motions(&["panda_arc", "--json", "--out", "tables.md"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let rows: Value = serde_json::from_str(&run.stdout).unwrap();
+    let ways: Vec<&str> = rows.as_array().unwrap().iter().map(|row| row["way"].as_str().unwrap()).collect();
+    let expected =
+        ["straight", "paper", "lm_paper_smoothness", "plan", "plan_speed_limited", "plan_time_free"];
+    assert_eq!(ways, expected);
+    let expected = "scenario way met unmet frames duration_secs peak_speed_deg end_speed_deg \
+                    peak_acceleration_deg peak_jerk_deg total_jerk path_joint path_length limit_margin_deg \
+                    limit_margin_joint part_of_limit speed_limit_deg time_ms";
+    assert_eq!(keys(&rows[0]).join(" "), expected);
+    // What cannot be reached that fast is named; the bench itself has done what it should.
+    let unmet = &rows[4]["unmet"];
+    assert_eq!(keys(unmet).join(" "), "objective kind joint at_secs residual unit");
+    assert!(unmet["joint"] == "panda_joint8" && unmet["unit"] == "m" && rows[4]["met"] == false, "{unmet}");
+    assert!(rows[3]["met"] == true && rows[3]["unmet"].is_null() && rows[3]["part_of_limit"].is_null());
+    let tables = std::fs::read_to_string(at("tables.md")).unwrap();
+    assert!(tables.contains("### panda_arc") && tables.contains("| plan, time free | yes |"), "{tables}");
+
+    // A file of one's own, as a table and as rows.
+    let arm = "version = 1\nrig = \"builtin:panda\"\n[[objective]]\nkind = \"position\"\njoint = \"panda_link8\"\n\
+               target = [0.4, 0.5, 0.1]\n";
+    std::fs::write(at("reach.toml"), format!("{arm}[motion]\nduration_secs = 1\n")).unwrap();
+    let run = motions(&["reach.toml", "--out", "rows.json"]);
+    assert!(run.code == 0 && run.stderr.contains("wrote rows.json"), "{}", run.stderr);
+    for words in ["Six ways", "reach, path of panda_joint8", "lm, paper's smoothness", "°/s³"] {
+        assert!(run.stdout.contains(words), "{words} is missing in: {}", run.stdout);
+    }
+    let rows: Value = serde_json::from_slice(&std::fs::read(at("rows.json")).unwrap()).unwrap();
+    assert!(rows.as_array().unwrap().len() == 6 && rows[0]["scenario"] == "reach");
+
+    std::fs::write(at("still.toml"), arm).unwrap();
+    motions(&["still.toml"]).fails(2, &["still.toml", "no [motion]", "duration_secs"]);
+    motions(&["two_points"]).fails(2, &["two_points", "reach_palm_down, three_points, panda_arc"]);
+    motions(&["none.toml"]).fails(2, &["none.toml", "cannot be read"]);
+    motions(&["reach.toml", "--out", "none/rows.json"]).fails(3, &["none/rows.json"]);
+    motions(&["--out", "rows.csv"]).fails(2, &[".json or .md"]);
+    ikiru(&["bench", "motions", "--runs", "0"]).fails(2, &["above 0"]);
+    let help = motions(&["--help"]);
+    assert!(help.code == 0 && help.stdout.contains("three_points wave.toml"), "{}", help.stdout);
+    assert!(ikiru(&["bench", "--help"]).stdout.contains("motions"));
+}

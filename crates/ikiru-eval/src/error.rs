@@ -71,6 +71,16 @@ pub enum Error {
     /// A trajectory that cannot be.
     #[error(transparent)]
     Motion(ikiru_solve::MotionError),
+    /// A scenario whose motion is refused before it is planned.
+    #[error("{file}: {way} cannot be planned: {reason}")]
+    Plan {
+        /// The scenario's file.
+        file: String,
+        /// The way in which it was to be planned.
+        way: &'static str,
+        /// What is not usable.
+        reason: String,
+    },
     /// A method that knows poses alone.
     #[error("method '{0}' plans no trajectories: expected lm, lm-local or adam")]
     Contender(&'static str),

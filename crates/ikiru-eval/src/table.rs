@@ -21,7 +21,9 @@ impl Texts {
     }
 
     pub(crate) fn markdown(&self) -> String {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        // A cell of several lines becomes one; a word divided between them is whole again.
+        let line =
+            |cells: &[String]| format!("| {} |\n", cells.join(" | ").replace("-\n", "").replace('\n', " "));
         let rule = |idx: usize| if idx < self.n_words { "---" } else { "---:" };
         let rules: Vec<String> = (0..self.header.len()).map(|idx| rule(idx).to_owned()).collect();
         let mut text = line(&self.header) + &line(&rules).replace("| ", "|").replace(" |", "|");
@@ -89,11 +91,11 @@ mod tests {
     #[test]
     fn markdown_has_a_rule_below_its_header() {
         let texts = Texts {
-            header: vec!["method".into(), "time".into()],
+            header: vec!["method".into(), "du-\nration\ns".into()],
             rows: vec![vec!["lm".into(), "7".into()]],
             n_words: 1,
         };
-        assert_eq!(texts.markdown(), "| method | time |\n|---|---:|\n| lm | 7 |\n");
+        assert_eq!(texts.markdown(), "| method | duration s |\n|---|---:|\n| lm | 7 |\n");
         assert!(texts.for_terminal().contains("method"));
     }
 }

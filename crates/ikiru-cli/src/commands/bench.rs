@@ -1,9 +1,10 @@
-//! `ikiru bench paper` and `ikiru bench robots`: measures, prints tables, writes rows and figures.
+//! `ikiru bench paper`, `robots` and `motions`: measures, prints tables, writes rows and figures.
 
 use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
+use ikiru_eval::motions::{self, Source, Way};
 use ikiru_eval::paper::{self, CONTENDERS, Contender, Row, TargetSet, Task};
 use ikiru_eval::robots::{self, Arm};
 use ikiru_scenario::Scenario;
@@ -11,7 +12,7 @@ use ikiru_solve::Method;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::args::{PaperArgs, RobotsArgs};
+use crate::args::{MotionsArgs, PaperArgs, RobotsArgs, has_ending};
 use crate::failure::{Failure, Outcome};
 use crate::output;
 
@@ -159,6 +160,35 @@ fn arms(args: &RobotsArgs) -> Result<Vec<Arm>, Failure> {
     args.robots.iter().map(|name| Arm::from_name(name.trim()).map_err(Failure::input)).collect()
 }
 
+pub(crate) fn motions(args: &MotionsArgs) -> Result<Outcome, Failure> {
+    let sources = if args.scenarios.is_empty() {
+        Source::all()
+    } else {
+        let found: Result<_, _> = args.scenarios.iter().map(|scenario| Source::find(scenario)).collect();
+        found.map_err(Failure::input)?
+    };
+    let settings = motions::Settings { runs: args.runs };
+    let bar = progress(sources.len() * Way::ALL.len() * settings.runs, "planning");
+    let mut rows: Vec<motions::Row> = Vec::new();
+    for source in &sources {
+        let outcomes = motions::run(source, &settings, || bar.inc(1)).map_err(Failure::input)?;
+        rows.extend(outcomes.into_iter().map(|outcome| outcome.row));
+    }
+    bar.finish_and_clear();
+    let report = motions::Report::new(&rows);
+    if args.json {
+        output::print(&json_text(&rows)?)?;
+    } else {
+        output::print(&output::printable(&report.for_terminal()))?;
+    }
+    if let Some(path) = &args.out {
+        let text = if has_ending(path, &["json"]) { json_text(&rows)? } else { report.markdown() };
+        output::write(path, text.as_bytes())?;
+        output::note(format!("wrote {}", path.display()));
+    }
+    Ok(Outcome::Reached)
+}
+
 /// A bar on stderr; nothing where stderr is no terminal.
 fn progress(n: usize, what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(u64::try_from(n).unwrap_or(u64::MAX));
@@ -173,7 +203,9 @@ fn make_folder(folder: &Path) -> Result<(), Failure> {
 }
 
 fn write_json(path: &Path, rows: &impl Serialize) -> Result<(), Failure> {
-    let mut text = serde_json::to_vec(rows).map_err(Failure::write)?;
-    text.push(b'\n');
-    output::write(path, &text)
+    output::write(path, json_text(rows)?.as_bytes())
+}
+
+fn json_text(rows: &impl Serialize) -> Result<String, Failure> {
+    Ok(serde_json::to_string(rows).map_err(Failure::write)? + "\n")
 }
