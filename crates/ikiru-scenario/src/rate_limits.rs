@@ -25,6 +25,16 @@ pub(crate) fn read(rig: &Rig, active: &[JointId], motion: &Table<'_>) -> Result<
             let (place, first, second) = ("[motion.limits]".to_owned(), first.key.clone(), value.key.clone());
             return Err(value.key_error(ErrorKind::Twice { place, first, second }));
         }
+        let unfit = |at: &Value<'_>, reason: String| {
+            at.key_error(ErrorKind::Unfit { joint: name_of(rig, joint).to_owned(), reason })
+        };
+        if rig.get(joint).is_some_and(|j| j.mimic.is_some()) {
+            return Err(unfit(&value, "follows another joint: expected limits of its leader".to_owned()));
+        }
+        if !active.contains(&joint) {
+            let reason = "is not active and does not move: expected a joint of 'active'".to_owned();
+            return Err(unfit(&value, reason));
+        }
         let table = value.table(format!("[motion.limits.{}]", value.key))?;
         table.only(&KEYS)?;
         let limits = four(&table)?;
@@ -32,12 +42,22 @@ pub(crate) fn read(rig: &Rig, active: &[JointId], motion: &Table<'_>) -> Result<
             if limits[idx].is_some() && !part.is_of(rig, joint) {
                 let motion = rig.get(joint).map(|j| with_article(&j.motion)).unwrap_or_default();
                 let reason = format!("is {motion} and has no speed that '{}' could limit", KEYS[idx]);
-                let joint = name_of(rig, joint).to_owned();
-                let at = table.get(KEYS[idx]).unwrap_or_else(|| value.clone());
-                return Err(at.key_error(ErrorKind::Unfit { joint, reason }));
+                let at = table.get(KEYS[idx]);
+                return Err(unfit(at.as_ref().unwrap_or(&value), reason));
             }
         }
         own.push((joint, value, limits));
+    }
+    for (idx, (part, _)) in LIMITED.iter().enumerate() {
+        if let (Some(value), false) = (motion.get(KEYS[idx]), active.iter().any(|j| part.is_of(rig, *j))) {
+            let (place, found) = ("[motion]".to_owned(), format!("'{}'", KEYS[idx]));
+            let expected = if *part == Part::Rotation {
+                "an active joint that turns, or limits in metres, 'max_speed' and 'max_acceleration'"
+            } else {
+                "an active joint that slides, or limits in degrees, 'max_speed_deg' and 'max_acceleration_deg'"
+            };
+            return Err(value.key_error(ErrorKind::Alternatives { place, found, expected }));
+        }
     }
     let mut limits = Vec::new();
     for joint in active {
@@ -63,7 +83,8 @@ fn four(table: &Table<'_>) -> Result<[Option<f64>; 4], Error> {
     let mut limits = [None; 4];
     for (idx, limit) in limits.iter_mut().enumerate() {
         if let Some(value) = table.get(KEYS[idx]) {
-            let most = value.number_that(|n| n > 0.0, EXPECTED[idx])?;
+            // What is too small to stay above 0 in radians is none either.
+            let most = value.number_that(|n| n > 1e-300, EXPECTED[idx])?;
             let (part, _) = LIMITED[idx];
             *limit = Some(if part == Part::Rotation { most.to_radians() } else { most });
         }

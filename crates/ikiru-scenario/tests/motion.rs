@@ -118,6 +118,15 @@ fn wrong_limits_say_where_and_why() {
     let of = |joint: &str, line: &str| with(&format!("[motion.limits.{joint}]\n{line}"));
     refused(TARGET, &of("panda_joint0", "max_speed_deg = 3"), 14, &["no joint", "panda_joint"]);
     refused(TARGET, &of("panda_joint1", "max_speed = 3"), 15, &["a hinge", "'max_speed'"]);
+    refused(TARGET, &with("max_speed_deg = 1e-323"), 14, &["'max_speed_deg'", "above 0"]);
+    let still = text(TARGET, &of("panda_joint1", "max_speed_deg = 3"))
+        .replace("[start]", "active = [\"panda_joint2\"]\n[start]");
+    let error = Scenario::parse(&still, "test.toml", ".").map(drop).expect_err("accepted").to_string();
+    assert!(error.contains("'panda_joint1' is not active"), "{error}");
+    let hinge =
+        text(TARGET, &with("max_speed = 1")).replace("[start]", "active = [\"panda_joint2\"]\n[start]");
+    let error = Scenario::parse(&hinge, "test.toml", ".").map(drop).expect_err("accepted").to_string();
+    assert!(error.contains("'max_speed'") && error.contains("slides"), "{error}");
     refused(TARGET, &of("panda_joint1", "max_jerk_deg = 3"), 15, &["no key 'max_jerk_deg'"]);
 }
 

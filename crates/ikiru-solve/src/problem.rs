@@ -252,6 +252,10 @@ impl Problem {
             if objective.joints().iter().chain(objective.motions()).any(|j| j.index() >= n_joints) {
                 return Err((idx, "names a joint that the rig does not have"));
             }
+            let follows = |joint: &JointId| self.rig.get(*joint).is_some_and(|data| data.mimic.is_some());
+            if objective.motions().iter().any(follows) {
+                return Err((idx, "reads the motion of a joint that follows another: name its leader"));
+            }
             objective.check().map_err(|reason| (idx, reason))?;
         }
         Ok(())

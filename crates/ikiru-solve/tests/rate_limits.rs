@@ -275,3 +275,78 @@ fn a_free_duration_takes_as_long_as_the_limits_ask_for() {
     let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default());
     assert!(planned.report.exceeded.is_empty() && planned.report.invalid.is_none());
 }
+
+#[test]
+fn limits_above_what_a_motion_needs_are_kept_from_a_moving_history() {
+    // Smooth motions that exist, their first frames given: limits a little above their peaks can be kept.
+    let mut random = Random::new(3);
+    let mut n_limits = 0;
+    for case in 0..30 {
+        let rig = random_rig(5, 100 + case);
+        if rig.ids().any(|joint| rig.get(joint).unwrap().motion.cone().is_some()) {
+            continue;
+        }
+        let middle = random_pose(&rig, &mut random);
+        let way: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-0.25, 0.25)).collect();
+        let timeline = Timeline::seconds(0.8, 20.0).unwrap();
+        let poses: Vec<Pose> = (0..timeline.n_frames())
+            .map(|t| {
+                let part = (2.5 * timeline.time(t)).sin();
+                let mut pose = middle.clone();
+                pose.retract(&way.iter().map(|w| w * part).collect::<Vec<_>>()).unwrap();
+                pose.project();
+                pose
+            })
+            .collect();
+        let clip = Clip::new("", timeline.times(), poses.clone()).unwrap();
+        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        motion.set_smoothness([1e-4; 3]).unwrap();
+        motion.fix_history(&poses[..3]).unwrap();
+        let tip = JointId::from_index(rig.n_joints() - 1);
+        let far = poses.last().unwrap().frame(tip).origin.value() * 1.5;
+        motion.add(1.0, When::End, Position::new(tip, far)).unwrap();
+        let mut limits = Vec::new();
+        for joint in rig.ids() {
+            for part in [Part::Rotation, Part::Translation] {
+                let (speed, bend) =
+                    (clip.peak_speed(joint, part).value, clip.peak_acceleration(joint, part).value);
+                if speed > 0.01 {
+                    limits.push(limit(joint, part, Rate::Speed, 1.3 * speed));
+                    limits.push(limit(joint, part, Rate::Acceleration, 1.3 * bend.max(0.1)));
+                }
+            }
+        }
+        motion.set_rate_limits(&limits).unwrap();
+        n_limits += limits.len();
+        let planned = plan(&motion, &poses[2]);
+        assert!(planned.report.exceeded.is_empty(), "case {case}: {:?}", planned.report.exceeded);
+    }
+    assert!(n_limits > 40, "{n_limits}");
+}
+
+#[test]
+fn what_was_executed_is_not_judged_and_does_not_slow_down_what_is_planned() {
+    let (rig, joint, tip) = one(hinge());
+    let timeline = Timeline::seconds(2.0, 30.0).unwrap();
+    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+    motion.set_smoothness([0.0, 1e-5, 1e-5]).unwrap();
+    // Too fast at first (6 rad/s), then at rest.
+    let mut angle = 0.0;
+    let history: Vec<Pose> = (0..12)
+        .map(|t| {
+            let mut pose = rig.rest_pose();
+            pose.set_value(joint, angle).unwrap();
+            angle += if t < 3 { 0.2 } else { 0.0 };
+            pose
+        })
+        .collect();
+    motion.fix_history(&history).unwrap();
+    let goal = DVec3::new(0.5 * 1.4_f64.cos(), 0.5 * 1.4_f64.sin(), 0.0);
+    motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
+    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.0)]).unwrap();
+    let planned = plan(&motion, &history[11]);
+    assert!(planned.report.success, "{:?}", planned.report);
+    // A free duration would give executed frames new times.
+    motion.set_free_duration(true);
+    assert!(matches!(plan(&motion, &history[11]).report.invalid, Some(Invalid::Options(_))));
+}

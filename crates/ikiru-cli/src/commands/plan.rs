@@ -197,7 +197,7 @@ fn exceeded_text(rig: &Rig, excess: &RateExcess) -> String {
     let (value, most, unit) = exceeded_numbers(excess);
     let joint = rig.get(excess.limit.joint).map_or("", |j| &j.name);
     let secs = report::short(excess.peak.secs);
-    format!("{joint} by {value:.4}{unit} at {secs} s, where at most {most:.4}{unit} are allowed")
+    format!("{joint} reaches {value:.4}{unit} at {secs} s, where at most {most:.4}{unit} are allowed")
 }
 
 fn exceeded_json(rig: &Rig, excess: &RateExcess) -> Value {

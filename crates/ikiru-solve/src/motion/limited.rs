@@ -1,7 +1,7 @@
 //! A motion inside limits on speed and acceleration: rounds of the augmented Lagrangian where the duration is fixed,
 //! slowing down where it is free.
 
-use ikiru_rig::{Clip, Rate, RateExcess, difference_joint};
+use ikiru_rig::{Clip, Rate, RateExcess, RateLimit, difference_joint};
 
 use crate::motion::lm::{FIRST_DAMPING, LEAST_GAIN};
 use crate::motion::planner::{Outcome, Run};
@@ -26,6 +26,8 @@ const LEAST_GAIN_OF_ROUND: f64 = 1e-4;
 const MOST_ROUNDS: usize = 40;
 /// What is allowed after a peak was measured beyond its limit, relative to what that asks for.
 const TIGHTER: f64 = 1.0005;
+/// The most of that at once: a cone that stops a ball makes peaks that no tightening helps.
+const MOST_TIGHTER: f64 = 1.2;
 /// By how much more than needed a motion is slowed down, and how many times as long it may become.
 const SPARE: f64 = 1e-6;
 const MOST_STRETCH: f64 = 1000.0;
@@ -38,10 +40,21 @@ impl Run<'_> {
         self.motion.holds_rates()
     }
 
-    /// The limits that a clip does not keep.
+    /// The limits that a clip does not keep where it was planned.
     pub(super) fn exceeded(&self, clip: &Clip) -> Vec<RateExcess> {
         // The limits were checked when they were set.
-        clip.exceeded(self.motion.rate_limits()).unwrap_or_default()
+        let mut excess = clip.exceeded(self.motion.rate_limits()).unwrap_or_default();
+        // What was executed is not judged: only its last two frames lie beside what is planned.
+        let from = self.motion.n_history().saturating_sub(2);
+        let planned = |excess: &RateExcess| excess.peak.secs >= clip.times()[from];
+        if !excess.iter().all(planned) {
+            let limits: Vec<RateLimit> = excess.iter().filter(|e| !planned(e)).map(|e| e.limit).collect();
+            excess.retain(planned);
+            let (times, poses) = (clip.times()[from..].to_vec(), clip.poses()[from..].to_vec());
+            let behind = Clip::new("", times, poses).and_then(|clip| clip.exceeded(&limits));
+            excess.extend(behind.unwrap_or_default());
+        }
+        excess
     }
 
     fn exceeded_now(&mut self) -> Vec<RateExcess> {
@@ -56,12 +69,15 @@ impl Run<'_> {
             return outcome;
         }
         let is_rate_bound = self.succeeded(&outcome);
-        let first = outcome.cost.max(LEAST_PENALTY * cost);
+        let weights: f64 = self.motion.terms().terms().iter().map(|term| term.weight).sum();
+        let first = outcome.cost.max(LEAST_PENALTY * cost.max(weights));
         let n = self.plan.n_dofs;
         let to_the_end = Bar { cost_below: None, impatient: false };
         self.state.rate_bounds.begin(first);
         let mut damping = FIRST_DAMPING;
         let (mut worst, mut before) = (f64::INFINITY, f64::INFINITY);
+        // The cheapest motion that was seen to keep all limits.
+        let mut kept: Option<(f64, Vec<f64>)> = None;
         for _ in 0..MOST_ROUNDS {
             let cost = self.state.evaluate(&self.plan, self.motion);
             self.budget.next_start();
@@ -76,11 +92,15 @@ impl Run<'_> {
             }
             if now <= SLACK {
                 let exceeded = self.exceeded_now();
+                if exceeded.is_empty() && kept.as_ref().is_none_or(|(cost, _)| plain < *cost) {
+                    kept = Some((plain, self.state.coords.clone()));
+                }
                 if exceeded.is_empty() && (plain - before).abs() <= LEAST_CHANGE * plain {
                     break;
                 }
                 for excess in exceeded {
-                    self.state.rate_bounds.tighten(&excess.limit, TIGHTER * excess.ratio());
+                    let factor = (TIGHTER * excess.ratio()).min(MOST_TIGHTER);
+                    self.state.rate_bounds.tighten(&excess.limit, factor);
                 }
             } else if now > 0.5 * worst {
                 let penalty = self.state.rate_bounds.penalty();
@@ -89,7 +109,13 @@ impl Run<'_> {
             (worst, before) = (now, plain);
         }
         self.state.rate_bounds.begin(0.0);
-        let keeps = self.retreat();
+        let keeps = match kept {
+            Some((_, coords)) => {
+                self.state.coords.copy_from_slice(&coords);
+                true
+            }
+            None => self.retreat(),
+        };
         let cost = self.state.evaluate(&self.plan, self.motion);
         Outcome { cost: if keeps { cost } else { f64::INFINITY }, stop: outcome.stop, is_rate_bound }
     }
@@ -110,6 +136,9 @@ impl Run<'_> {
         let safe = self.state.coords.clone();
         let (mut kept, mut part) = (0.0, 0.5);
         for halving in 0..HALVINGS {
+            if self.budget.is_late() {
+                break;
+            }
             self.set_between(&safe, &reached, part);
             let width = 0.5_f64.powi(halving as i32 + 2);
             if self.exceeded_now().is_empty() {
@@ -154,6 +183,21 @@ impl Run<'_> {
             }
         }
         self.state.step(&self.plan, from, &way);
+    }
+
+    /// Even spacing from the motion as it is without: its curvature is only bounded, loosely along steps that all grow
+    /// together, so that a motion which has still everything to reach would hardly get away.
+    pub(super) fn run_spaced(&mut self, cost: f64, bar: &Bar) -> Outcome {
+        let weight = std::mem::take(&mut self.state.spacing.weight);
+        let to_the_end = Bar { cost_below: None, ..*bar };
+        let first = self.run_lm(cost, &to_the_end, LEAST_GAIN_OF_ROUND);
+        self.state.spacing.weight = weight;
+        let cost = self.state.evaluate(&self.plan, self.motion);
+        if first.stop == StopReason::TimeBudget {
+            return Outcome::new(cost, first.stop);
+        }
+        self.budget.next_start();
+        self.run_lm(cost, bar, LEAST_GAIN)
     }
 
     /// The same poses at later times, where limits on rates ask for it, and the times of the terms with them; and

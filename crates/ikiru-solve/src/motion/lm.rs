@@ -20,6 +20,10 @@ pub(super) const LEAST_GAIN: f64 = 1e-9;
 /// its tolerance there, so that only smoothness is left to gain.
 const LEAST_GAIN_ITERATIVE: f64 = 1e-6;
 const LEAST_GAIN_WITHIN: f64 = 1e-2;
+/// The same where they are solved for exactly.
+const LEAST_GAIN_WITHIN_EXACT: f64 = 1e-6;
+/// So many such steps in a row.
+const SLOW_STEPS: usize = 4;
 /// A step that gains less than this part of what it promised is corrected.
 const POOR: f64 = 0.5;
 /// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
@@ -40,6 +44,7 @@ impl Run<'_> {
         let mut cost = cost;
         let (mut damping, mut scale) = (0.0, 0.0);
         let mut patience = bar.patience(cost);
+        let mut slow = 0;
         'accepted: loop {
             if bar.is_met(cost) {
                 return Outcome::new(cost, StopReason::Reached);
@@ -73,12 +78,13 @@ impl Run<'_> {
                 let promised = cost - step.predicted_cost(state);
                 let longest = step.delta.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
                 let gain = promised.abs() / cost;
-                let is_done = if step.is_iterative(state) {
-                    gain < LEAST_GAIN_ITERATIVE.max(least_gain)
-                        || (gain < LEAST_GAIN_WITHIN && state.is_satisfied(plan, motion))
+                let (least, little) = if step.is_iterative(state) {
+                    (LEAST_GAIN_ITERATIVE.max(least_gain), LEAST_GAIN_WITHIN)
                 } else {
-                    gain < least_gain
+                    (least_gain, LEAST_GAIN_WITHIN_EXACT)
                 };
+                slow = if gain < little { slow + 1 } else { 0 };
+                let is_done = gain < least || (slow > SLOW_STEPS && state.is_satisfied(plan, motion));
                 if longest < LEAST_STEP || is_done {
                     state.coords.copy_from_slice(accepted);
                     return Outcome::new(cost, StopReason::Converged);

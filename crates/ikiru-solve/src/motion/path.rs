@@ -9,6 +9,11 @@ pub struct TargetPath {
     points: Vec<DVec3>,
 }
 
+/// The shortest time between two points, seconds.
+const LEAST_STEP: f64 = 1e-9;
+/// The furthest a point may be.
+const FURTHEST: f64 = 1e100;
+
 /// Why a path cannot exist.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -21,7 +26,7 @@ pub enum TargetPathError {
         /// How many points.
         points: usize,
     },
-    /// A time that is not finite, or not later than the one before.
+    /// A time that is not finite, or not at least a nanosecond later than the one before.
     #[error("time {idx} of a path must be finite and later than the one before it, not {secs} s")]
     Time {
         /// Its position.
@@ -29,8 +34,8 @@ pub enum TargetPathError {
         /// What it was.
         secs: f64,
     },
-    /// A point that is not finite.
-    #[error("point {0} of a path has a number that is not finite")]
+    /// A point that is not finite, or further away than 10¹⁰⁰ m.
+    #[error("point {0} of a path has a number that is not finite, or beyond 1e100")]
     Point(usize),
 }
 
@@ -45,12 +50,12 @@ impl TargetPath {
         }
         let is_wrong = |idx: &usize| {
             let secs = times[*idx];
-            !secs.is_finite() || (*idx > 0 && secs <= times[*idx - 1])
+            !secs.is_finite() || (*idx > 0 && secs - times[*idx - 1] < LEAST_STEP)
         };
         if let Some(idx) = (0..times.len()).find(is_wrong) {
             return Err(TargetPathError::Time { idx, secs: times[idx] });
         }
-        if let Some(idx) = points.iter().position(|p| !p.is_finite()) {
+        if let Some(idx) = points.iter().position(|p| !p.is_finite() || p.abs().max_element() > FURTHEST) {
             return Err(TargetPathError::Point(idx));
         }
         Ok(Self { times, points })
@@ -136,6 +141,8 @@ mod tests {
         assert_eq!(new(&[0.0], &[]), Err(TargetPathError::Count { times: 1, points: 0 }));
         assert_eq!(new(&[0.0, 0.0], &[DVec3::ZERO; 2]), Err(TargetPathError::Time { idx: 1, secs: 0.0 }));
         assert!(matches!(new(&[f64::NAN], &[DVec3::ZERO]), Err(TargetPathError::Time { idx: 0, .. })));
+        assert_eq!(new(&[0.0], &[DVec3::splat(1e308)]), Err(TargetPathError::Point(0)));
+        assert!(matches!(new(&[0.0, 1e-310], &[DVec3::ZERO; 2]), Err(TargetPathError::Time { idx: 1, .. })));
         assert_eq!(new(&[0.0], &[DVec3::NAN]), Err(TargetPathError::Point(0)));
     }
 }

@@ -24,7 +24,8 @@ const MOST_RATE_BOUND: usize = 2;
 /// A planned motion.
 #[derive(Clone, Debug)]
 pub struct PlannedMotion {
-    /// The poses over time, one a frame of the timeline, all inside their limits.
+    /// The poses over time, one a frame of the timeline: given ones as they are, all others inside their limits. The
+    /// guess itself where the input is invalid.
     pub clip: Clip,
     /// What came of planning it.
     pub report: MotionReport,
@@ -63,7 +64,8 @@ impl Solver {
     ///
     /// The guess is sampled at the frames of the timeline and held still beyond its ends: a clip of one pose
     /// is a motion that stands still, the clip of an earlier plan a warm start. Frames that the problem gives take
-    /// their place in it. Joints that are not active stay as the guess has them at its first time. By [`Method::Lm`] or
+    /// their place in it. Joints that are not active, and active ones that nothing
+    /// moves, are in every frame as in the first one given, or as the guess has them at its first time. By [`Method::Lm`] or
     /// [`Method::Adam`].
     ///
     /// Invalid input ends at once with [`StopReason::InvalidInput`], the guess given back.
@@ -84,11 +86,18 @@ impl Solver {
 pub(super) struct Run<'a> {
     solver: &'a Solver,
     pub(super) motion: &'a MotionProblem,
+    /// What does not move is in every frame as it is here.
+    still: Pose,
     guess: &'a Clip,
     pub(super) plan: Plan,
     pub(super) state: MotionState,
     pub(super) workspace: &'a mut MotionWorkspace,
     pub(super) budget: Budget,
+}
+
+/// The first pose of a clip.
+fn start_of(clip: &Clip) -> Pose {
+    clip.sample(clip.times().first().copied().unwrap_or_default())
 }
 
 impl<'a> Run<'a> {
@@ -107,11 +116,17 @@ impl<'a> Run<'a> {
                 adam knows them only where the duration is free";
             return Err(Invalid::Options(reason));
         }
+        if motion.has_free_duration() && motion.n_history() > 1 {
+            let reason = "a free duration gives all frames new times, those of a history too: \
+                fix one first frame, or the duration";
+            return Err(Invalid::Options(reason));
+        }
         motion.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
         let budget = Budget::new(solver.options());
         let plan = Plan::with(motion.terms(), &motion.led());
         let mut state = MotionState::new(&plan, motion);
         let timeline = motion.timeline();
+        let still = motion.first_given().map_or_else(|| start_of(guess), Pose::clone);
         for t in 0..timeline.n_frames() {
             let pose = motion.given(t).map_or_else(|| guess.sample(timeline.time(t)), Pose::clone);
             if !pose.rig().is_same(motion.rig()) {
@@ -122,13 +137,22 @@ impl<'a> Run<'a> {
                 return Err(Invalid::Pose(reason));
             }
         }
+        if (0..timeline.n_frames())
+            .filter_map(|t| motion.given(t))
+            .any(|pose| motion.moves_others(&still, pose))
+        {
+            let reason = "and the given frames differ in joints that are not active: make those active, or give them alike";
+            return Err(Invalid::Pose(reason));
+        }
+        // Terms read what does not move as all frames have it.
+        state.frame.load(&plan, &still);
         workspace.step = MotionStep::new(&plan, &state);
         workspace.adam = MotionAdam::new(&plan, &state);
         workspace.accepted.clone_from(&state.coords);
         workspace.first_try.clone_from(&state.coords);
         workspace.start.clone_from(&state.coords);
         workspace.best.clone_from(&state.coords);
-        Ok(Self { solver, motion, guess, plan, state, workspace, budget })
+        Ok(Self { solver, motion, still, guess, plan, state, workspace, budget })
     }
 
     fn plan(&mut self) -> PlannedMotion {
@@ -198,10 +222,9 @@ impl<'a> Run<'a> {
     /// The motion in the state as a clip.
     pub(super) fn clip(&mut self) -> Clip {
         let timeline = self.motion.timeline();
-        let still = self.guess.sample(self.guess.times().first().copied().unwrap_or_default());
         let poses = (0..timeline.n_frames())
             .map(|t| {
-                let mut pose = self.motion.given(t).cloned().unwrap_or_else(|| still.clone());
+                let mut pose = self.motion.given(t).unwrap_or(&self.still).clone();
                 self.state.store(&self.plan, t, &mut pose);
                 pose
             })
@@ -246,7 +269,12 @@ impl<'a> Run<'a> {
             let cost = self.state.evaluate(&self.plan, self.motion);
             bar.impatient = false;
             self.budget.next_start();
-            best = self.run_once(cost, &bar);
+            let again = self.run_once(cost, &bar);
+            if again.cost <= best.cost {
+                best = again;
+            } else {
+                self.state.coords.copy_from_slice(&self.workspace.best);
+            }
         }
         (best, restarts)
     }
@@ -254,7 +282,7 @@ impl<'a> Run<'a> {
     pub(super) fn succeeded(&mut self, outcome: &Outcome) -> bool {
         match self.solver.options().cost_below {
             Some(bar) => outcome.cost < bar,
-            None => self.state.is_satisfied(&self.plan, self.motion),
+            None => outcome.cost.is_finite() && self.state.is_satisfied(&self.plan, self.motion),
         }
     }
 
@@ -320,6 +348,7 @@ impl<'a> Run<'a> {
                 Outcome::new(cost, stop)
             }
             _ if self.holds_rates() => self.run_limited(cost, bar),
+            _ if self.state.spacing.weight > 0.0 => self.run_spaced(cost, bar),
             _ => self.run_lm(cost, bar, LEAST_GAIN),
         }
     }

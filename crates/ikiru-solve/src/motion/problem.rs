@@ -401,6 +401,25 @@ impl MotionProblem {
         self.base.active().filter(differs).collect()
     }
 
+    /// The first frame that is given, if there is one.
+    pub(crate) fn first_given(&self) -> Option<&Pose> {
+        self.history.first().or(self.end.as_ref())
+    }
+
+    /// How many first frames are given.
+    pub(crate) fn n_history(&self) -> usize {
+        self.history.len()
+    }
+
+    /// Whether joints that are not active differ between two poses.
+    pub(crate) fn moves_others(&self, a: &Pose, b: &Pose) -> bool {
+        let rig = self.rig();
+        rig.ids().filter(|joint| !self.base.is_active(*joint)).any(|joint| {
+            let at = rig.coords_of(joint);
+            a.coords()[at.clone()] != b.coords()[at]
+        })
+    }
+
     pub(crate) fn tracks(&self) -> &[Track] {
         &self.tracks
     }

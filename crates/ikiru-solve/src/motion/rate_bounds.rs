@@ -16,6 +16,8 @@ use crate::plan::Plan;
 
 /// By how much less is allowed, relative to a limit, than the limit: what a plan leaves over stays inside it.
 const MARGIN: f64 = 1e-3;
+/// From which part of its most on a point has curvature though nothing pushes it yet: a step sees the limit come.
+const NEAR: f64 = 0.8;
 /// Most points that bound a curve between two frames.
 const MOST_POINTS: usize = 3;
 
@@ -189,7 +191,7 @@ impl RateBounds {
         curvature.clear(n, self.n_frames);
         self.visit(n, first, |bound, place| {
             let push = self.push(place);
-            if push == 0.0 || place.length == 0.0 {
+            if place.length == 0.0 || (push == 0.0 && place.length < NEAR * place.most) {
                 return;
             }
             let along = 0.5 * push / (place.most * place.length);

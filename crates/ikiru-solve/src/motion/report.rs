@@ -59,8 +59,9 @@ pub struct MotionReport {
     /// The terms, in the order in which they were added.
     pub terms: Vec<MotionTermReport>,
     /// Limits on speed and acceleration that the motion does not keep, the worst first: only where no motion was found
-    /// that keeps them, frames that are given being too far apart or too fast, or a ball being stopped at once by
-    /// its cone. Success asks for none.
+    /// that keeps them: frames that are given are too far apart or too fast, a ball is stopped at once by its cone, or
+    /// iterations or time ended before a history in full motion was led within its limits. Between frames of a history
+    /// nothing is judged. Success asks for none.
     pub exceeded: Vec<RateExcess>,
     /// What was not usable, where `stop` is [`StopReason::InvalidInput`].
     pub invalid: Option<Invalid>,

@@ -2,7 +2,7 @@
 
 /// Adds up `w Σₜ (ℓₜ − ℓ̄)²`, `ℓₜ` being the length of a step over all degrees of freedom and `ℓ̄` the mean of all
 /// steps. Its curvature by a step is at most `w`, that of as much weight on speed, which
-/// [`MotionStep`](crate::motion::step::MotionStep) takes in its place.
+/// [`System`](crate::motion::system::System) takes in its place.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Spacing {
     pub(crate) weight: f64,

@@ -158,7 +158,7 @@ impl MotionStep {
     fn clamp(&mut self, plan: &Plan, state: &MotionState) {
         let (n, nc) = (self.n_dofs, plan.n_coords);
         self.cones.clamp(&mut self.delta);
-        for t in 0..self.n_frames {
+        for t in (0..self.n_frames).filter(|t| !state.is_given[*t]) {
             for k in 0..n {
                 let x = state.coords[t * nc + plan.coord_of_dof[k]];
                 let delta = &mut self.delta[t * n + k];

@@ -61,7 +61,6 @@ impl System {
             n_dofs: n,
             classes: distinct
                 .into_iter()
-                .map(|[speed, acceleration, jerk]| [speed + state.spacing.weight, acceleration, jerk])
                 .map(|weights| Banded::smoothness_at_rest(n_frames, weights, state.smoothness.at_rest))
                 .collect(),
             class_of,
@@ -88,8 +87,9 @@ impl System {
             }
             largest = squares.iter().fold(largest, |a, s| a.max(*s));
         }
+        largest = state.curvature.iter().fold(largest, |a, c| a.max(*c));
         let smooth = self.classes.iter().flat_map(|c| &c.rows).map(|row| row[0]).fold(0.0, f64::max);
-        if largest > 0.0 { largest } else { smooth }
+        [largest, smooth].into_iter().find(|scale| *scale > 0.0).unwrap_or(1.0)
     }
 
     /// The matrix of one degree of freedom, without what is held: what is not open, or given where all of a class share it.
@@ -97,7 +97,7 @@ impl System {
         let n = self.n_dofs;
         let is_shared = open.is_none();
         let mut matrix = self.classes[self.class_of[k]].clone();
-        let (speed, shift) = (damping * self.stretch, damping * self.shift);
+        let (speed, shift) = (damping * self.stretch + state.spacing.weight, damping * self.shift);
         for t in 0..self.n_frames {
             for d in 0..4 {
                 matrix.rows[t][d] += speed * self.speed.rows[t][d];
@@ -270,7 +270,7 @@ impl System {
         let mut y = vec![0.0; rows.n_rows()];
         rows.add_product(x, &mut y);
         rows.add_transposed(&y, out);
-        let (speed, shift) = (damping * self.stretch, damping * self.shift);
+        let (speed, shift) = (damping * self.stretch + state.spacing.weight, damping * self.shift);
         for t in 0..self.n_frames {
             for d in 0..4.min(self.n_frames - t) {
                 let of_speed = speed * self.speed.rows[t][d];
@@ -308,7 +308,8 @@ impl System {
             self.speed.add_product(&line, &mut speed);
             for t in 0..self.n_frames {
                 let own = damping * self.shift + state.curvature[t * n + k];
-                right[t * n + k] += out[t] + damping * self.stretch * speed[t] + own * line[t];
+                right[t * n + k] +=
+                    out[t] + (damping * self.stretch + state.spacing.weight) * speed[t] + own * line[t];
             }
         }
     }
@@ -382,6 +383,8 @@ impl System {
             }
             product.fill(0.0);
             self.classes[self.class_of[k]].add_product(&self.line, &mut product);
+            let steps = self.line.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
+            bend += state.spacing.weight * steps.sum::<f64>();
             for t in 0..self.n_frames {
                 let d = self.line[t];
                 bend += d * (d * state.curvature[t * n + k] + product[t]);

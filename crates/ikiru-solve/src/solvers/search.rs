@@ -129,7 +129,7 @@ impl Budget {
     }
 
     #[inline]
-    fn is_late(&self) -> bool {
+    pub(crate) fn is_late(&self) -> bool {
         let Some((start, most)) = self.started else { return false };
         let spent = start.elapsed();
         let mean = spent / u32::try_from(self.iterations.max(1)).unwrap_or(u32::MAX);
