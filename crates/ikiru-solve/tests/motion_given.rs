@@ -1,0 +1,146 @@
+//! Frames that are given, joints that do not move, and terms that hold at neither: what stays, and what is refused.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use glam::DVec3;
+use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_solve::objectives::{Position, RestPose};
+use ikiru_solve::{
+    Invalid, MotionProblem, MotionWorkspace, PlannedMotion, Solver, SolverOptions, Timeline, When,
+};
+use ikiru_testkit::reference::world_matrices;
+
+/// A chain of four segments of 0.25 m along x with three angles each, and a hand at its end.
+fn arm(limit_deg: f64) -> (Rig, JointId) {
+    let mut builder = RigBuilder::new();
+    let mut parent = None;
+    for i in 0..5 {
+        let mut joint = Joint::new(format!("joint{i}"), parent);
+        joint.rest_translation = if i == 0 { DVec3::ZERO } else { DVec3::X * 0.25 };
+        if i < 4 {
+            let ranges = [Range::degrees(-limit_deg, limit_deg); 3];
+            joint.motion = Motion::Euler { order: EulerOrder::Zyx, ranges };
+        }
+        parent = Some(builder.add(joint));
+    }
+    (builder.build().unwrap(), JointId::from_index(4))
+}
+
+fn still(pose: &Pose) -> Clip {
+    Clip::new("still", vec![0.0], vec![pose.clone()]).unwrap()
+}
+
+fn plan(options: SolverOptions, motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
+    Solver::new(options).plan(motion, &still(guess), &mut MotionWorkspace::default())
+}
+
+fn place(pose: &Pose, joint: JointId) -> DVec3 {
+    world_matrices(pose)[joint.index()].w_axis.truncate()
+}
+
+#[test]
+fn what_given_frames_do_not_meet_is_named() {
+    let (rig, hand) = arm(100.0);
+    let rest = rig.rest_pose();
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    motion.set_smoothness([1e-6; 3]).unwrap();
+    motion.fix_start(&rest).unwrap();
+    motion.fix_end(Some(&rest)).unwrap();
+    motion.add(1.0, When::At(0.5), Position::new(hand, DVec3::new(0.5, 0.5, 0.0))).unwrap();
+    let end = motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, 0.5, 0.0))).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &rest);
+    let Some(Invalid::Term(1, reason)) = planned.report.invalid else { panic!("{:?}", planned.report) };
+    assert!(reason.contains("given frames alone"), "{reason}");
+    // Met by what is given, or asked for by nobody, it is no conflict.
+    motion[end].target = place(&rest, hand);
+    assert!(plan(SolverOptions::default(), &motion, &rest).report.success);
+    motion[end].target = DVec3::new(0.4, 0.5, 0.0);
+    motion.set_mandatory(end, false);
+    let planned = plan(SolverOptions::default(), &motion, &rest);
+    assert!(planned.report.success && !planned.report.terms[1].satisfied);
+    // Over a span it says nothing of the frames that are given.
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    motion.set_smoothness([1e-6; 3]).unwrap();
+    motion.fix_start(&rest).unwrap();
+    motion.add(1.0, When::Throughout, Position::new(hand, DVec3::new(0.5, 0.5, 0.0))).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &rest);
+    assert!(planned.report.success, "{:?}", planned.report);
+    assert!(place(&planned.clip.poses()[1], hand).distance(DVec3::new(0.5, 0.5, 0.0)) < 1e-3);
+}
+
+#[test]
+fn what_does_not_move_is_judged_as_the_clip_has_it() {
+    let (rig, hand) = arm(170.0);
+    let first = JointId::from_index(0);
+    let turned = |angle: f64| {
+        let mut pose = rig.rest_pose();
+        pose.set_euler(first, [0.0, 0.0, angle]).unwrap();
+        pose
+    };
+    let guess = Clip::new("", vec![0.0, 1.0], vec![turned(0.0), turned(1.0)]).unwrap();
+    let active: Vec<JointId> = rig.ids().filter(|joint| *joint != first).collect();
+    let mut motion = MotionProblem::new(&rig, active, Timeline::seconds(1.0, 10.0).unwrap());
+    motion.set_smoothness([1e-6; 3]).unwrap();
+    let id = motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.5, 0.4, 0.2))).unwrap();
+    let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default());
+    let at = place(planned.clip.poses().last().unwrap(), hand);
+    let residual = planned.report.terms[id.index()].residual;
+    assert!((at.distance(DVec3::new(0.5, 0.4, 0.2)) - residual).abs() < 1e-9, "{residual}");
+    assert!(planned.report.success);
+    // Given frames that differ there are refused.
+    motion.fix_start(&turned(0.0)).unwrap();
+    motion.fix_end(Some(&turned(1.0))).unwrap();
+    let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default());
+    assert!(matches!(planned.report.invalid, Some(Invalid::Pose(reason)) if reason.contains("not active")));
+}
+
+#[test]
+fn an_active_joint_that_no_term_reads_stays_where_the_given_frame_has_it() {
+    let mut builder = RigBuilder::new();
+    let hinge = Motion::Hinge { axis: DVec3::Z, range: Range::new(-3.0, 3.0) };
+    for name in ["a", "b"] {
+        let mut joint = Joint::new(name, None);
+        joint.motion = hinge;
+        let joint = builder.add(joint);
+        let mut tip = Joint::new(format!("{name}_tip"), Some(joint));
+        tip.rest_translation = DVec3::X;
+        builder.add(tip);
+    }
+    let rig = builder.build().unwrap();
+    let (b, tip) = (rig.joint("b").unwrap(), rig.joint("a_tip").unwrap());
+    let mut start = rig.rest_pose();
+    start.set_value(b, 1.0).unwrap();
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    motion.fix_start(&start).unwrap();
+    motion.add(1.0, When::End, Position::new(tip, DVec3::Y)).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &rig.rest_pose());
+    assert!(planned.clip.poses().iter().all(|pose| pose.value(b) == Some(1.0)));
+}
+
+#[test]
+fn a_given_frame_outside_its_range_does_not_spoil_the_rest() {
+    let (rig, hand) = arm(60.0);
+    let mut start = rig.rest_pose();
+    start.set_euler(JointId::from_index(1), [0.0, 0.0, 1.5]).unwrap();
+    assert!(start.limit_violation() > 0.4);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 20.0).unwrap());
+    motion.set_smoothness([1e-6; 3]).unwrap();
+    motion.fix_start(&start).unwrap();
+    motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.6, 0.4, 0.1))).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &rig.rest_pose());
+    assert!(planned.report.success, "{:?}", planned.report);
+    assert_eq!(planned.clip.poses()[0], start);
+    assert!(planned.clip.poses()[1..].iter().all(|pose| pose.limit_violation() < 1e-9));
+}
+
+#[test]
+fn terms_of_joint_motions_alone_move_without_smoothness() {
+    let (rig, _) = arm(100.0);
+    let joints: Vec<JointId> = rig.ids().take(4).collect();
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    motion.set_smoothness([0.0; 3]).unwrap();
+    motion.add(1.0, When::Throughout, RestPose::new(&joints, rig.rest_pose())).unwrap();
+    let mut start = rig.rest_pose();
+    start.coords_mut().iter_mut().for_each(|c| *c = 0.4);
+    let planned = plan(SolverOptions::default(), &motion, &start);
+    assert!(planned.report.cost < 1e-12, "{:?}", planned.report);
+}
