@@ -40,21 +40,26 @@
 //! | `[limits.NAME]` | `min_deg`, `max_deg`: ranges of the angles (x, y, z) of `Rz·Ry·Rx`; or `axis`, `swing_deg`, `twist_deg`: a cone, twist ±180 unless given | as the rig has it |
 //! | `[start]` | `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]` | the rest pose |
 //! | `[[objective]]` | `kind` and its keys, below | an error |
-//! | `[motion]` | for planning: `duration_secs` and `rate` (30), or `points`; `smoothness = [speed, acceleration, jerk]` (0.001 each), `fixed_start` (true), `[motion.end]` as `[start]` | a single pose |
+//! | `[motion]` | for planning: `duration_secs` and `rate` (30), or `points`; `smoothness = [speed, acceleration, jerk]` (0.001 each), `even_spacing` (0), `start_at_rest`, `end_at_rest` (false), `fixed_start` (true), `[motion.end]` as `[start]` | a single pose |
+//! | …, of active joints | `max_speed_deg`, `max_acceleration_deg` (what turns), `max_speed`, `max_acceleration` (what slides, metres), `[motion.limits.NAME]` with the same keys; `free_duration = true`: take longer where they ask for it | no limits; the time as given |
 //! | `[stop]` | `cost_below`, `max_iterations` (500), `max_restarts` (64), `max_time_ms` | as in brackets |
 //!
 //! | `kind` | keys | success asks for it |
 //! |---|---|---|
-//! | `position` | `joint`, `point`, `target`, `tolerance` | yes |
+//! | `position` | `joint`, `point`, `target` or `path`, `tolerance` | yes |
 //! | `orientation` | `joint`, `target_rotation` (x, y, z, w) or `euler_deg`, `tolerance_deg` | yes |
 //! | `pose` | those of both | yes |
-//! | `look_at` | `joint`, `axis`, `target` or `length` and `offset_from_tip`, `tolerance_deg` | yes |
+//! | `look_at` | `joint`, `axis`, `target`, `path`, or `length` and `offset_from_tip`, `tolerance_deg` | yes |
 //! | `direction` | `joint`, `axis`, `target` (a direction of the world), `tolerance_deg` | yes |
+//! | `relative_pose` | `joint`, `base`, `position`, `target_rotation` or `euler_deg`, one of them or both, `tolerance`, `tolerance_deg` | yes |
+//! | `distance` | `joints` (two), `points`, one of `exactly`, `at_least`, `at_most`, `tolerance` | yes |
+//! | `pole_vector` | `joints` (root, middle and end of a limb), `target`, `tolerance_deg` | yes |
 //! | `known_rotation` | `joints = { NAME = … }` with values as in `[start]`, `tolerance_deg` | yes |
 //! | `rest_pose` | `joints`; left out: all active ones; `tolerance_deg` | no |
 //!
 //! Beside a `[motion]`, every objective takes `at`, or `from` and `to`, in seconds: when it holds; at the last frame
-//! otherwise. [`Scenario::into_motion`] makes it ready to plan.
+//! otherwise. `path = [[secs, x, y, z], …]` is a target that moves along a smooth curve, for as long as it goes on unless
+//! times are given. [`Scenario::into_motion`] makes it ready to plan.
 //!
 //! Every objective takes `weight` (1), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
 //! `{ huber = width }` (`known_rotation` and `rest_pose`: squared alone). Tolerances are 0.001 m and 0.5° unless

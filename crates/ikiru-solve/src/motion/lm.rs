@@ -22,8 +22,9 @@ const LEAST_GAIN_ITERATIVE: f64 = 1e-6;
 const LEAST_GAIN_WITHIN: f64 = 1e-2;
 /// The same where they are solved for exactly.
 const LEAST_GAIN_WITHIN_EXACT: f64 = 1e-6;
-/// So many such steps in a row.
-const SLOW_STEPS: usize = 4;
+/// So many such steps in a row end it, where steps are solved for iteratively and exactly: a first one may be short for its
+/// damping alone.
+const SLOW_STEPS: [usize; 2] = [2, 5];
 /// A step that gains less than this part of what it promised is corrected.
 const POOR: f64 = 0.5;
 /// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
@@ -78,13 +79,13 @@ impl Run<'_> {
                 let promised = cost - step.predicted_cost(state);
                 let longest = step.delta.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
                 let gain = promised.abs() / cost;
-                let (least, little) = if step.is_iterative(state) {
-                    (LEAST_GAIN_ITERATIVE.max(least_gain), LEAST_GAIN_WITHIN)
+                let (least, little, n_slow) = if step.is_iterative(state) {
+                    (LEAST_GAIN_ITERATIVE.max(least_gain), LEAST_GAIN_WITHIN, SLOW_STEPS[0])
                 } else {
-                    (least_gain, LEAST_GAIN_WITHIN_EXACT)
+                    (least_gain, LEAST_GAIN_WITHIN_EXACT, SLOW_STEPS[1])
                 };
                 slow = if gain < little { slow + 1 } else { 0 };
-                let is_done = gain < least || (slow > SLOW_STEPS && state.is_satisfied(plan, motion));
+                let is_done = gain < least || (slow >= n_slow && state.is_satisfied(plan, motion));
                 if longest < LEAST_STEP || is_done {
                     state.coords.copy_from_slice(accepted);
                     return Outcome::new(cost, StopReason::Converged);
