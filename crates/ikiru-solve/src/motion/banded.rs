@@ -43,6 +43,9 @@ impl Banded {
                 matrix.add_square(if *pair == 0 { 0 } else { n - pair }, bend, jerk);
             }
         }
+        if n == 2 && at_rest == [true; 2] {
+            matrix.add_square(0, &[-2.0, 2.0], jerk);
+        }
         matrix
     }
 
@@ -56,6 +59,7 @@ impl Banded {
     }
 
     /// `y += A x`
+    #[cfg(test)]
     pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64]) {
         let n = self.rows.len();
         for t in 0..n {
@@ -295,7 +299,7 @@ mod tests {
     #[test]
     fn at_rest_means_more_frames_of_the_same() {
         let mut random = Random::new(4);
-        for n in [3, 4, 9] {
+        for n in [2, 3, 4, 9] {
             for at_rest in [[true, false], [false, true], [true, true]] {
                 let x: Vec<f64> = (0..n).map(|_| random.between(-1.0, 1.0)).collect();
                 let weights = [0.3, 0.7, 1.1];

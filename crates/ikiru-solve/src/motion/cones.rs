@@ -112,6 +112,11 @@ impl Cones {
         }
     }
 
+    /// Whether there is no ball to hold: the rows of the state are all that there are.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.places.is_empty()
+    }
+
     /// Holds what is blocked, and nothing else.
     pub(crate) fn open(&mut self) {
         for place in &mut self.places {

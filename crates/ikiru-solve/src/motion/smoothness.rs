@@ -13,6 +13,7 @@ use crate::plan::Plan;
 struct End {
     step: usize,
     next: Option<usize>,
+    bends_alone: bool,
 }
 
 /// Memory for differences over time: `n_frames × n_dofs` numbers each, frame by frame.
@@ -63,23 +64,21 @@ impl Smoothness {
         }
         for end in self.ends(n, n_frames) {
             for (k, [_, acceleration, jerk]) in self.weights.iter().enumerate() {
-                let step = self.first[end.step * n + k];
+                let (step, bend) = self.at_end(end, n, k);
                 cost[1] += acceleration * step * step;
-                cost[2] += jerk * step * step;
-                if let Some(next) = end.next {
-                    let bend = self.first[next * n + k] - 2.0 * step;
-                    cost[2] += jerk * bend * bend;
-                }
+                cost[2] += jerk * (step * step + bend * bend);
             }
         }
         cost
     }
 
-    /// The ends at which the motion is at rest: the step beside it and the one after, if there is one.
+    /// The ends at which the motion is at rest.
     fn ends(&self, n: usize, n_frames: usize) -> impl Iterator<Item = End> + use<> {
         let last = n_frames.saturating_sub(2);
-        let first = End { step: 0, next: (last > 0).then_some(1) };
-        let other = End { step: last, next: last.checked_sub(1) };
+        // A single step between two ends at rest bends once.
+        let bends_alone = last == 0 && self.at_rest == [true; 2];
+        let first = End { step: 0, next: (last > 0).then_some(1), bends_alone };
+        let other = End { step: last, next: last.checked_sub(1), bends_alone: false };
         let is_there = n > 0 && n_frames >= 2;
         [first, other]
             .into_iter()
@@ -88,19 +87,30 @@ impl Smoothness {
             .map(|(end, _)| end)
     }
 
-    /// Half the gradient of what is at rest, by one difference.
-    fn rest_pull(&self, end: End, t: usize, n: usize, k: usize) -> f64 {
-        let [_, acceleration, jerk] = self.weights[k];
+    /// The step beside an end at rest, and the third difference that reaches across it to the step after.
+    fn at_end(&self, end: End, n: usize, k: usize) -> (f64, f64) {
         let step = self.first[end.step * n + k];
-        let bend = end.next.map_or(0.0, |next| self.first[next * n + k] - 2.0 * step);
-        let mut pull = 0.0;
-        if t == end.step {
-            pull += (acceleration + jerk) * step - 2.0 * jerk * bend;
+        let bend = match end.next {
+            Some(next) => self.first[next * n + k] - 2.0 * step,
+            None if end.bends_alone => -2.0 * step,
+            None => 0.0,
+        };
+        (step, bend)
+    }
+
+    /// Adds half the gradient of what is at rest by the first differences, as of the last [`cost`](Self::cost).
+    pub(crate) fn add_rest_pull(&self, pull: &mut [f64]) {
+        let n = self.weights.len();
+        let n_frames = self.first.len().checked_div(n).unwrap_or(0);
+        for end in self.ends(n, n_frames) {
+            for (k, [_, acceleration, jerk]) in self.weights.iter().enumerate() {
+                let (step, bend) = self.at_end(end, n, k);
+                pull[end.step * n + k] += (acceleration + jerk) * step - 2.0 * jerk * bend;
+                if let Some(next) = end.next {
+                    pull[next * n + k] += jerk * bend;
+                }
+            }
         }
-        if end.next == Some(t) {
-            pull += jerk * bend;
-        }
-        pull
     }
 
     /// The differences from frame to frame, as of the last [`cost`](Self::cost).
@@ -108,10 +118,9 @@ impl Smoothness {
         &self.first
     }
 
-    /// Adds half the gradient by the tangents of all frames, as of the last [`cost`](Self::cost); `pull` is what
-    /// else half a gradient by the first differences has.
-    pub(crate) fn add_half_gradient(&mut self, plan: &Plan, pull: &[f64], gradient: &mut [f64]) {
-        let others = pull;
+    /// Adds half the gradient by the tangents of all frames, as of the last [`cost`](Self::cost); `beside` is half that
+    /// of everything else by the first differences, [rest at the ends](Self::add_rest_pull) among it.
+    pub(crate) fn add_half_gradient(&mut self, plan: &Plan, beside: &[f64], gradient: &mut [f64]) {
         let n = plan.n_dofs;
         let n_frames = self.first.len().checked_div(n).unwrap_or(0);
         if n_frames < 2 {
@@ -137,10 +146,7 @@ impl Smoothness {
                     let (k, i) = (m.dof + j, t * n + m.dof + j);
                     let after = if t + 2 < n_frames { self.second[i] } else { 0.0 };
                     let before = if t > 0 { self.second[i - n] } else { 0.0 };
-                    pull[j] = w[k][0] * self.first[i] + before - after + others[i];
-                    for end in self.ends(n, n_frames) {
-                        pull[j] += self.rest_pull(end, t, n, k);
-                    }
+                    pull[j] = w[k][0] * self.first[i] + before - after + beside[i];
                 }
                 let v = &self.first[t * n + m.dof..t * n + m.dof + m.n_dofs];
                 let (mut from, mut to) = (pull, pull);
@@ -206,7 +212,9 @@ mod tests {
             let mut smoothness = Smoothness::new(weights, at_rest, n_frames);
             smoothness.cost(&plan, &coords);
             let mut gradient = vec![0.0; n * n_frames];
-            smoothness.add_half_gradient(&plan, &vec![0.0; n * n_frames], &mut gradient);
+            let mut beside = vec![0.0; n * n_frames];
+            smoothness.add_rest_pull(&mut beside);
+            smoothness.add_half_gradient(&plan, &beside, &mut gradient);
             for t in 0..n_frames {
                 for m in &plan.movers {
                     for j in 0..m.n_dofs {

@@ -128,6 +128,7 @@ impl MotionState {
         let first = self.smoothness.first();
         self.cost_beside_rows += self.spacing_cost + self.rate_bounds.cost(n, first);
         self.pull.fill(0.0);
+        self.smoothness.add_rest_pull(&mut self.pull);
         self.spacing.add_pull(n, first, &mut self.pull);
         self.rate_bounds.linearize(n, first, &mut self.pull);
         self.smoothness.add_half_gradient(plan, &self.pull, &mut self.gradient);

@@ -27,6 +27,8 @@ pub(crate) struct MotionStep {
     pub(crate) delta: Vec<f64>,
     /// The rows of the state, and those of cones.
     rows: FrameRows,
+    /// The largest curvature of the linearization, which rows of cones are stiff beside.
+    stiffness: f64,
     residual: Vec<f64>,
     y: Vec<f64>,
 }
@@ -56,6 +58,7 @@ impl MotionStep {
         self.gradient.copy_from_slice(&state.gradient);
         state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
         self.cones.begin(plan, state, &self.gradient);
+        self.stiffness = self.scale(state);
         let mut largest = 0.0_f64;
         for t in 0..self.n_frames {
             for k in 0..n {
@@ -88,11 +91,15 @@ impl MotionStep {
         self.open.copy_from_slice(&self.free);
         self.delta.fill(0.0);
         self.cones.open();
-        let stiffness = self.scale(state);
         let mut is_held = false;
         for round in 0..MOST_ROUNDS {
-            self.cones.gather(state, stiffness, &mut self.rows);
-            if !self.system.factor(state, &self.rows, &self.open, damping) {
+            let rows = if self.cones.is_idle() {
+                &state.rows
+            } else {
+                self.cones.gather(state, self.stiffness, &mut self.rows);
+                &self.rows
+            };
+            if !self.system.factor(state, rows, &self.open, damping) {
                 return false;
             }
             self.solve_factored(state, damping, &state.rows.residual);
@@ -122,8 +129,13 @@ impl MotionStep {
 
     /// Solves for residuals of the state's rows.
     fn solve_factored(&mut self, state: &MotionState, damping: f64, residual: &[f64]) {
-        self.cones.add_residuals(residual, &mut self.residual);
-        self.system.solve(state, &self.rows, &self.open, damping, &self.residual, &mut self.delta);
+        let (rows, residual) = if self.cones.is_idle() {
+            (&state.rows, residual)
+        } else {
+            self.cones.add_residuals(residual, &mut self.residual);
+            (&self.rows, &self.residual[..])
+        };
+        self.system.solve(state, rows, &self.open, damping, residual, &mut self.delta);
     }
 
     /// `residual -= J delta`

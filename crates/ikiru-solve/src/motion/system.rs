@@ -10,7 +10,7 @@
 
 use crate::motion::banded::Banded;
 use crate::motion::iterative::Iterative;
-use crate::motion::rows::{FrameRows, factor_dense, solve_dense};
+use crate::motion::rows::{FrameRows, dot, factor_dense, solve_dense};
 use crate::motion::state::MotionState;
 use crate::plan::Plan;
 
@@ -212,7 +212,7 @@ impl System {
             }
         }
         if delta.iter().any(|d| *d != 0.0) {
-            self.add_coupling(state, damping, delta, &mut right);
+            self.add_product_beside_rows(state, damping, delta, &mut right);
             rows.add_product(delta, &mut y);
         }
         if rows.n_rows() > MOST_DIRECT_ROWS {
@@ -266,10 +266,15 @@ impl System {
         x: &[f64],
         out: &mut [f64],
     ) {
-        let n = self.n_dofs;
         let mut y = vec![0.0; rows.n_rows()];
         rows.add_product(x, &mut y);
         rows.add_transposed(&y, out);
+        self.add_product_beside_rows(state, damping, x, out);
+    }
+
+    /// `out += (smoothness + damping + curvature) x`
+    fn add_product_beside_rows(&self, state: &MotionState, damping: f64, x: &[f64], out: &mut [f64]) {
+        let n = self.n_dofs;
         let (speed, shift) = (damping * self.stretch + state.spacing.weight, damping * self.shift);
         for t in 0..self.n_frames {
             for d in 0..4.min(self.n_frames - t) {
@@ -288,29 +293,6 @@ impl System {
         }
         if !state.rate_bounds.is_off() {
             state.rate_bounds.curvature.add_product(x, out);
-        }
-    }
-
-    /// `right += (smoothness + damping + curvature) · delta`
-    fn add_coupling(&self, state: &MotionState, damping: f64, delta: &[f64], right: &mut [f64]) {
-        let n = self.n_dofs;
-        if !state.rate_bounds.is_off() {
-            state.rate_bounds.curvature.add_product(delta, right);
-        }
-        for k in 0..n {
-            if (0..self.n_frames).all(|t| delta[t * n + k] == 0.0) {
-                continue;
-            }
-            let line: Vec<f64> = (0..self.n_frames).map(|t| delta[t * n + k]).collect();
-            let mut out = vec![0.0; self.n_frames];
-            self.classes[self.class_of[k]].add_product(&line, &mut out);
-            let mut speed = vec![0.0; self.n_frames];
-            self.speed.add_product(&line, &mut speed);
-            for t in 0..self.n_frames {
-                let own = damping * self.shift + state.curvature[t * n + k];
-                right[t * n + k] +=
-                    out[t] + (damping * self.stretch + state.spacing.weight) * speed[t] + own * line[t];
-            }
         }
     }
 
@@ -368,28 +350,9 @@ impl System {
     }
 
     /// `deltaᵀ H delta` of what is not in rows, without damping.
-    pub(crate) fn bend_beside_rows(&mut self, state: &MotionState, delta: &[f64]) -> f64 {
-        let mut bend = 0.0;
-        if !state.rate_bounds.is_off() {
-            let mut product = vec![0.0; delta.len()];
-            state.rate_bounds.curvature.add_product(delta, &mut product);
-            bend += delta.iter().zip(&product).map(|(d, p)| d * p).sum::<f64>();
-        }
-        let n = self.n_dofs;
-        let mut product = vec![0.0; self.n_frames];
-        for k in 0..n {
-            for t in 0..self.n_frames {
-                self.line[t] = delta[t * n + k];
-            }
-            product.fill(0.0);
-            self.classes[self.class_of[k]].add_product(&self.line, &mut product);
-            let steps = self.line.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
-            bend += state.spacing.weight * steps.sum::<f64>();
-            for t in 0..self.n_frames {
-                let d = self.line[t];
-                bend += d * (d * state.curvature[t * n + k] + product[t]);
-            }
-        }
-        bend
+    pub(crate) fn bend_beside_rows(&self, state: &MotionState, delta: &[f64]) -> f64 {
+        let mut product = vec![0.0; delta.len()];
+        self.add_product_beside_rows(state, 0.0, delta, &mut product);
+        dot(delta, &product)
     }
 }
