@@ -5,24 +5,8 @@ use glam::{DQuat, DVec3};
 use ikiru_rig::{
     Clip, ClipError, Cone, Joint, JointId, Motion, Part, Pose, Range, Rate, Rig, RigBuilder, rotation_vector,
 };
-use ikiru_testkit::rigs::{Random, random_pose, random_rig, rigs};
+use ikiru_testkit::rigs::{Random, random_pose, random_rig, random_walk, rigs};
 use proptest::prelude::*;
-
-/// Poses at uneven times, each near the one before, so that no turn is ambiguous.
-fn walk(rig: &Rig, n: usize, seed: u64) -> Clip {
-    let mut random = Random::new(seed);
-    let (mut time, mut pose) = (random.between(-1.0, 1.0), random_pose(rig, &mut random));
-    let (mut times, mut poses) = (vec![], vec![]);
-    for _ in 0..n {
-        times.push(time);
-        poses.push(pose.clone());
-        time += random.between(0.05, 0.4);
-        let step: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-0.4, 0.4)).collect();
-        pose.retract(&step).unwrap();
-        pose.project();
-    }
-    Clip::new("walk", times, poses).unwrap()
-}
 
 fn without_cones(rig: &Rig) -> Rig {
     let mut builder = rig.to_builder();
@@ -65,7 +49,7 @@ fn numeric_velocity(clip: &Clip, secs: f64, before: f64, after: f64) -> Vec<f64>
 proptest! {
     #[test]
     fn the_curve_goes_through_every_pose_and_holds_still_outside((rig, seed) in rigs(20), n in 1..7usize) {
-        let clip = walk(&rig, n, seed);
+        let clip = random_walk(&rig, n, seed);
         for (secs, pose) in clip.times().iter().zip(clip.poses()) {
             prop_assert_eq!(&clip.sample_cubic(*secs), pose);
             // Also when it is only approached.
@@ -86,7 +70,7 @@ proptest! {
 
     #[test]
     fn velocity_has_no_jumps_and_is_what_it_says((rig, seed) in rigs(16), n in 2..7usize) {
-        let clip = walk(&without_cones(&rig), n, seed);
+        let clip = random_walk(&without_cones(&rig), n, seed);
         let times = clip.times();
         for i in 0..n {
             let here = clip.velocity_cubic(times[i]);
@@ -154,7 +138,7 @@ proptest! {
 
     #[test]
     fn signs_of_quaternions_do_not_matter((rig, seed) in rigs(16), n in 2..6usize) {
-        let clip = walk(&rig, n, seed);
+        let clip = random_walk(&rig, n, seed);
         let mut random = Random::new(seed);
         let mut poses = clip.poses().to_vec();
         for pose in &mut poses {
@@ -177,7 +161,7 @@ proptest! {
 
     #[test]
     fn resampling_keeps_ends_steps_and_the_curve((rig, seed) in rigs(10), n in 2..6usize, rate in 5.0..100.0f64) {
-        let clip = walk(&without_cones(&rig), n, seed);
+        let clip = random_walk(&without_cones(&rig), n, seed);
         let dense = clip.resample(rate).unwrap();
         let (times, n_steps) = (dense.times(), dense.times().len() - 1);
         prop_assert_eq!(dense.name(), "walk");
@@ -201,7 +185,7 @@ proptest! {
 
     #[test]
     fn one_clip_behind_another((rig, seed) in rigs(10), n in 1..5usize) {
-        let (a, b) = (walk(&rig, n, seed), walk(&rig, 3, seed ^ 7));
+        let (a, b) = (random_walk(&rig, n, seed), random_walk(&rig, 3, seed ^ 7));
         let end = a.times()[n - 1];
         // The other begins elsewhere: one frame later.
         let both = a.concat(&b, 0.0).unwrap();
@@ -232,7 +216,7 @@ proptest! {
 
     #[test]
     fn peaks_of_the_curve_are_found((rig, seed) in rigs(10), n in 1..6usize) {
-        let clip = walk(&without_cones(&rig), n, seed);
+        let clip = random_walk(&without_cones(&rig), n, seed);
         let dense: Vec<Vec<f64>> = (0..=400)
             .map(|i| clip.velocity_cubic(clip.times()[0] + clip.duration_secs() * f64::from(i) / 400.0))
             .collect();
@@ -485,7 +469,7 @@ fn edits_refuse_what_makes_no_clip() {
 
 #[test]
 fn poses_with_numbers_that_are_not_finite_do_not_panic() {
-    let mut clip = walk(&random_rig(14, 3), 4, 3);
+    let mut clip = random_walk(&random_rig(14, 3), 4, 3);
     let mut poses = clip.poses().to_vec();
     poses[2].coords_mut().fill(f64::NAN);
     poses[1].coords_mut().fill(f64::INFINITY);

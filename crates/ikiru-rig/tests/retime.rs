@@ -6,28 +6,12 @@ use ikiru_rig::{
     Clip, ClipError, Cone, Joint, JointId, Motion, Part, Pose, Range, Rate, RateLimit, Retimed, Rig,
     RigBuilder,
 };
-use ikiru_testkit::rigs::{Random, random_pose, random_rig, rigs};
+use ikiru_testkit::rigs::{Random, random_rig, random_walk, rigs};
 use proptest::prelude::*;
 
 /// The first joint.
 fn first() -> JointId {
     JointId::from_index(0)
-}
-
-/// Poses at uneven times, each near the one before, so that no turn is ambiguous.
-fn walk(rig: &Rig, n: usize, seed: u64) -> Clip {
-    let mut random = Random::new(seed);
-    let (mut time, mut pose) = (random.between(-1.0, 1.0), random_pose(rig, &mut random));
-    let (mut times, mut poses) = (vec![], vec![]);
-    for _ in 0..n {
-        times.push(time);
-        poses.push(pose.clone());
-        time += random.between(0.05, 0.4);
-        let step: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-0.4, 0.4)).collect();
-        pose.retract(&step).unwrap();
-        pose.project();
-    }
-    Clip::new("walk", times, poses).unwrap()
 }
 
 fn without_cones(rig: &Rig) -> Rig {
@@ -131,7 +115,7 @@ proptest! {
 
     #[test]
     fn limits_hold_everywhere_along_the_same_way((rig, seed) in rigs(7), n in 2..7usize, rate in 20.0..120.0f64) {
-        let clip = walk(&without_cones(&rig), n, seed);
+        let clip = random_walk(&without_cones(&rig), n, seed);
         let limits = limits_of(&clip, &[Rate::Speed, Rate::Acceleration], seed);
         let retimed = clip.retime(&limits, rate).unwrap();
         assert_kept(&retimed.clip, &limits, 3000);
@@ -150,7 +134,7 @@ proptest! {
 
     #[test]
     fn speeds_hold_where_cones_do((rig, seed) in rigs(7), n in 2..6usize) {
-        let clip = walk(&rig, n, seed);
+        let clip = random_walk(&rig, n, seed);
         let limits = limits_of(&clip, &[Rate::Speed], seed);
         match clip.retime(&limits, 60.0) {
             Ok(retimed) => {
@@ -210,7 +194,7 @@ fn a_constant_speed_becomes_the_largest_allowed() {
 
 #[test]
 fn a_clip_that_keeps_its_limits_stays_as_it_is() {
-    let clip = walk(&random_rig(7, 5), 6, 5);
+    let clip = random_walk(&random_rig(7, 5), 6, 5);
     let limits: Vec<RateLimit> = limits_of(&clip, &[Rate::Speed], 5)
         .into_iter()
         .map(|limit| RateLimit { most: clip.peak_speed(limit.joint, limit.part).value, ..limit })
@@ -306,7 +290,7 @@ fn slowing_down_takes_the_least_time_that_accelerations_allow() {
 
 #[test]
 fn every_pose_and_the_curve_between_lie_on_the_old_curve() {
-    let clip = walk(&without_cones(&random_rig(7, 9)), 6, 9);
+    let clip = random_walk(&without_cones(&random_rig(7, 9)), 6, 9);
     let limits = limits_of(&clip, &[Rate::Speed, Rate::Acceleration], 9);
     let retimed = clip.retime(&limits, 120.0).unwrap();
     assert!(retimed.clip.duration_secs() > 1.2 * clip.duration_secs());

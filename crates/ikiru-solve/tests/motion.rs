@@ -1,43 +1,18 @@
 //! Planned motions: optima that are known by other means, what is given stays, limits hold, errors are precise.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod common;
+
+use common::{arm, place, plan, still};
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, Joint, JointId, Motion, Pose, RigBuilder};
 use ikiru_solve::objectives::{Direction, LookAt, Orientation, Position, RestPose};
 use ikiru_solve::{
-    Invalid, Loss, Method, MotionError, MotionProblem, MotionWorkspace, PlannedMotion, Problem, Search,
-    Solver, SolverOptions, StopReason, Timeline, TimelineError, When,
+    Invalid, Loss, Method, MotionError, MotionProblem, MotionWorkspace, Problem, Search, Solver,
+    SolverOptions, StopReason, Timeline, TimelineError, When,
 };
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
-
-/// A chain of four segments of 0.25 m along x with three angles each, and a hand at its end.
-fn arm(limit_deg: f64) -> (Rig, JointId) {
-    let mut builder = RigBuilder::new();
-    let mut parent = None;
-    for i in 0..5 {
-        let mut joint = Joint::new(format!("joint{i}"), parent);
-        joint.rest_translation = if i == 0 { DVec3::ZERO } else { DVec3::X * 0.25 };
-        if i < 4 {
-            let ranges = [Range::degrees(-limit_deg, limit_deg); 3];
-            joint.motion = Motion::Euler { order: EulerOrder::Zyx, ranges };
-        }
-        parent = Some(builder.add(joint));
-    }
-    (builder.build().unwrap(), JointId::from_index(4))
-}
-
-fn still(pose: &Pose) -> Clip {
-    Clip::new("still", vec![0.0], vec![pose.clone()]).unwrap()
-}
-
-fn plan(options: SolverOptions, motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
-    Solver::new(options).plan(motion, &still(guess), &mut MotionWorkspace::default())
-}
-
-fn place(pose: &Pose, joint: JointId) -> DVec3 {
-    world_matrices(pose)[joint.index()].w_axis.truncate()
-}
 
 /// Second and third differences of angles, and the first, summed up as equation 25 says, from the poses alone.
 fn smoothness(clip: &Clip) -> [f64; 3] {

@@ -1,18 +1,14 @@
 //! Motions of balls in cones: they slide along edges, and reach what single poses reach.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use glam::DVec3;
-use ikiru_rig::{Clip, Cone, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
-use ikiru_solve::objectives::{Orientation, Position, RestPose};
-use ikiru_solve::{
-    MotionProblem, MotionWorkspace, PlannedMotion, Problem, Solver, SolverOptions, Timeline, When,
-};
-use ikiru_testkit::rigs::{Random, random_pose};
+mod common;
 
-fn plan(options: SolverOptions, motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
-    let still = Clip::new("still", vec![0.0], vec![guess.clone()]).unwrap();
-    Solver::new(options).plan(motion, &still, &mut MotionWorkspace::default())
-}
+use common::plan;
+use glam::DVec3;
+use ikiru_rig::{Cone, Joint, JointId, Motion, Range, Rig, RigBuilder};
+use ikiru_solve::objectives::{Orientation, Position, RestPose};
+use ikiru_solve::{MotionProblem, Problem, Solver, SolverOptions, Timeline, When};
+use ikiru_testkit::rigs::{Random, random_pose};
 
 /// Three balls in narrow cones.
 fn in_cones() -> (Rig, JointId) {

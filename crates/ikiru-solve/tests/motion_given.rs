@@ -1,41 +1,13 @@
 //! Frames that are given, joints that do not move, and terms that hold at neither: what stays, and what is refused.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod common;
+
+use common::{arm, place, plan};
 use glam::DVec3;
-use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, Joint, JointId, Motion, Range, RigBuilder};
 use ikiru_solve::objectives::{Position, RestPose};
-use ikiru_solve::{
-    Invalid, MotionProblem, MotionWorkspace, PlannedMotion, Solver, SolverOptions, Timeline, When,
-};
-use ikiru_testkit::reference::world_matrices;
-
-/// A chain of four segments of 0.25 m along x with three angles each, and a hand at its end.
-fn arm(limit_deg: f64) -> (Rig, JointId) {
-    let mut builder = RigBuilder::new();
-    let mut parent = None;
-    for i in 0..5 {
-        let mut joint = Joint::new(format!("joint{i}"), parent);
-        joint.rest_translation = if i == 0 { DVec3::ZERO } else { DVec3::X * 0.25 };
-        if i < 4 {
-            let ranges = [Range::degrees(-limit_deg, limit_deg); 3];
-            joint.motion = Motion::Euler { order: EulerOrder::Zyx, ranges };
-        }
-        parent = Some(builder.add(joint));
-    }
-    (builder.build().unwrap(), JointId::from_index(4))
-}
-
-fn still(pose: &Pose) -> Clip {
-    Clip::new("still", vec![0.0], vec![pose.clone()]).unwrap()
-}
-
-fn plan(options: SolverOptions, motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
-    Solver::new(options).plan(motion, &still(guess), &mut MotionWorkspace::default())
-}
-
-fn place(pose: &Pose, joint: JointId) -> DVec3 {
-    world_matrices(pose)[joint.index()].w_axis.truncate()
-}
+use ikiru_solve::{Invalid, MotionProblem, MotionWorkspace, Solver, SolverOptions, Timeline, When};
 
 #[test]
 fn what_given_frames_do_not_meet_is_named() {

@@ -350,3 +350,21 @@ fn what_was_executed_is_not_judged_and_does_not_slow_down_what_is_planned() {
     motion.set_free_duration(true);
     assert!(matches!(plan(&motion, &history[11]).report.invalid, Some(Invalid::Options(_))));
 }
+
+#[test]
+fn even_spacing_and_limits_go_together() {
+    let (rig, joint, tip) = one(hinge());
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    motion.set_smoothness([0.0, 1e-5, 1e-5]).unwrap();
+    motion.set_even_spacing(1.0).unwrap();
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    let goal = DVec3::new(0.5 * 1.5_f64.cos(), 0.5 * 1.5_f64.sin(), 0.0);
+    motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
+    let free = plan(&motion, &rig.rest_pose());
+    assert!(free.report.success, "{:?}", free.report);
+    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.6)]).unwrap();
+    let limited = plan(&motion, &rig.rest_pose());
+    assert!(limited.report.success && limited.report.exceeded.is_empty(), "{:?}", limited.report);
+    let (speed, _) = measured(&limited.clip, joint, Part::Rotation);
+    assert!(speed <= 1.6 * (1.0 + 1e-6), "{speed}");
+}

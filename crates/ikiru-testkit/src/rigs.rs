@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Cone, EulerOrder, Joint, JointId, Mimic, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, Cone, EulerOrder, Joint, JointId, Mimic, Motion, Pose, Range, Rig, RigBuilder};
 use proptest::prelude::*;
 
 /// A small deterministic generator (splitmix64), for tests that need many numbers rather than shrinking.
@@ -158,4 +158,22 @@ pub fn random_pose(rig: &Rig, random: &mut Random) -> Pose {
 /// Random rigs of up to `most` joints, each with a seed for more random numbers.
 pub fn rigs(most: usize) -> impl Strategy<Value = (Rig, u64)> {
     (1..=most, any::<u64>()).prop_map(|(n, seed)| (random_rig(n, seed), seed ^ 0x5555))
+}
+
+/// A clip of poses at uneven times, each near the one before, so that no turn is ambiguous.
+#[must_use]
+#[expect(clippy::expect_used, reason = "a generator that fails is a defect of the test kit")]
+pub fn random_walk(rig: &Rig, n: usize, seed: u64) -> Clip {
+    let mut random = Random::new(seed);
+    let (mut time, mut pose) = (random.between(-1.0, 1.0), random_pose(rig, &mut random));
+    let (mut times, mut poses) = (vec![], vec![]);
+    for _ in 0..n {
+        times.push(time);
+        poses.push(pose.clone());
+        time += random.between(0.05, 0.4);
+        let step: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-0.4, 0.4)).collect();
+        pose.retract(&step).expect("a tangent of the rig");
+        pose.project();
+    }
+    Clip::new("walk", times, poses).expect("times increase")
 }

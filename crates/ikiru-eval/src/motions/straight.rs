@@ -95,15 +95,8 @@ impl Straight {
 
 /// The frames at which an objective holds.
 pub(super) fn frames_of(when: When, timeline: &Timeline) -> Range<usize> {
-    let end = timeline.n_frames();
     // The scenario was read: its times are on the timeline.
-    let frame = |secs: f64| timeline.frame_at(secs).unwrap_or_default();
-    match when {
-        When::End => end - 1..end,
-        When::At(secs) => frame(secs)..frame(secs) + 1,
-        When::Span { from, to } => frame(from)..frame(to) + 1,
-        When::Throughout => 0..end,
-    }
+    when.frames(timeline).unwrap_or_default()
 }
 
 /// The frames of objectives that hold at one time alone.

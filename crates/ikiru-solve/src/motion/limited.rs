@@ -1,11 +1,9 @@
-//! A motion inside limits on speed and acceleration: rounds of the augmented Lagrangian where the duration is fixed,
-//! slowing down where it is free.
+//! A motion of fixed duration inside limits on speed and acceleration: rounds of the augmented Lagrangian.
 
-use ikiru_rig::{Clip, Rate, RateExcess, RateLimit, difference_joint};
+use ikiru_rig::{Clip, RateExcess, RateLimit, difference_joint};
 
-use crate::motion::lm::{FIRST_DAMPING, LEAST_GAIN};
+use crate::motion::lm::FIRST_DAMPING;
 use crate::motion::planner::{Outcome, Run};
-use crate::motion::report::MotionTermReport;
 use crate::report::StopReason;
 use crate::solvers::search::Bar;
 
@@ -28,9 +26,6 @@ const MOST_ROUNDS: usize = 40;
 const TIGHTER: f64 = 1.0005;
 /// The most of that at once: a cone that stops a ball makes peaks that no tightening helps.
 const MOST_TIGHTER: f64 = 1.2;
-/// By how much more than needed a motion is slowed down, and how many times as long it may become.
-const SPARE: f64 = 1e-6;
-const MOST_STRETCH: f64 = 1000.0;
 /// Halvings on the way back to a motion that keeps all limits.
 const HALVINGS: usize = 12;
 
@@ -64,7 +59,7 @@ impl Run<'_> {
 
     /// The motion in the state, inside its limits on rates; as if there were none where it keeps them anyway.
     pub(super) fn run_limited(&mut self, cost: f64, bar: &Bar) -> Outcome {
-        let mut outcome = self.run_lm(cost, bar, LEAST_GAIN);
+        let mut outcome = self.run_unlimited(cost, bar);
         if self.exceeded_now().is_empty() {
             return outcome;
         }
@@ -183,61 +178,5 @@ impl Run<'_> {
             }
         }
         self.state.step(&self.plan, from, &way);
-    }
-
-    /// Even spacing from the motion as it is without: its curvature is only bounded, loosely along steps that all grow
-    /// together, so that a motion which has still everything to reach would hardly get away.
-    pub(super) fn run_spaced(&mut self, cost: f64, bar: &Bar) -> Outcome {
-        let weight = std::mem::take(&mut self.state.spacing.weight);
-        let to_the_end = Bar { cost_below: None, ..*bar };
-        let first = self.run_lm(cost, &to_the_end, LEAST_GAIN_OF_ROUND);
-        self.state.spacing.weight = weight;
-        let cost = self.state.evaluate(&self.plan, self.motion);
-        if first.stop == StopReason::TimeBudget {
-            return Outcome::new(cost, first.stop);
-        }
-        self.budget.next_start();
-        self.run_lm(cost, bar, LEAST_GAIN)
-    }
-
-    /// The same poses at later times, where limits on rates ask for it, and the times of the terms with them; and
-    /// the limits that cannot be kept at any tempo.
-    pub(super) fn slow_down(&self, clip: Clip, terms: &mut [MotionTermReport]) -> (Clip, Vec<RateExcess>) {
-        let limits = self.motion.rate_limits();
-        let excess = self.exceeded(&clip);
-        if excess.is_empty() {
-            return (clip, excess);
-        }
-        let retimed = clip.retime(limits, 1.0 / self.motion.timeline().step_secs()).ok();
-        let later = |secs: f64| retimed.as_ref().map_or(secs, |retimed| retimed.at(secs));
-        // The curve through these poses is not quite the one that was slowed down. What is still exceeded, and what
-        // could not be retimed, is slowed down as a whole, under which speeds and accelerations fall as they should.
-        let mut stretch = 1.0;
-        let slowed = |stretch: f64| {
-            let times = clip.times().iter().map(|secs| stretch * later(*secs)).collect();
-            Clip::new(clip.name(), times, clip.poses().to_vec()).unwrap_or_else(|_| clip.clone())
-        };
-        let mut slow = slowed(stretch);
-        let mut left = self.exceeded(&slow);
-        if !left.is_empty() {
-            let needed = |excess: &RateExcess| {
-                if excess.limit.rate == Rate::Speed { excess.ratio() } else { excess.ratio().sqrt() }
-            };
-            stretch = left.iter().map(needed).fold(1.0, f64::max) * (1.0 + SPARE);
-            if stretch < MOST_STRETCH {
-                slow = slowed(stretch);
-                left = self.exceeded(&slow);
-            }
-        }
-        if !left.is_empty() {
-            // What a cone stops at once is stopped at once at any tempo.
-            return (clip, excess);
-        }
-        for term in terms {
-            for secs in [&mut term.from_secs, &mut term.to_secs, &mut term.worst_secs] {
-                *secs = stretch * later(*secs);
-            }
-        }
-        (slow, left)
     }
 }

@@ -15,7 +15,7 @@ const LEAST_DAMPING: f64 = 1e-10;
 /// The least where steps are solved for iteratively, which takes the longer, the less of it there is.
 const LEAST_DAMPING_ITERATIVE: f64 = 1e-6;
 /// A step that promises less than this part of the cost is not worth taking.
-pub(super) const LEAST_GAIN: f64 = 1e-9;
+const LEAST_GAIN: f64 = 1e-9;
 /// The same where steps are solved for iteratively, to a few parts in a hundred; and where all that is wanted is within
 /// its tolerance there, so that only smoothness is left to gain.
 const LEAST_GAIN_ITERATIVE: f64 = 1e-6;
@@ -30,10 +30,34 @@ const POOR: f64 = 0.5;
 /// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
 const LEAST_STEP: f64 = 1e-11;
 
+/// How exactly a motion is solved without even spacing before it is with it.
+const LEAST_GAIN_UNSPACED: f64 = 1e-4;
+
 impl Run<'_> {
+    /// Improves the motion in the state, whose cost is `cost` and which was evaluated last, as if nothing limited
+    /// speed and acceleration.
+    ///
+    /// Even spacing begins from the motion as it is without: its curvature is only bounded, loosely along steps that all
+    /// grow together, so that a motion which has still everything to reach would hardly get away.
+    pub(super) fn run_unlimited(&mut self, cost: f64, bar: &Bar) -> Outcome {
+        if self.state.spacing.weight == 0.0 {
+            return self.run_lm(cost, bar, LEAST_GAIN);
+        }
+        let weight = std::mem::take(&mut self.state.spacing.weight);
+        let to_the_end = Bar { cost_below: None, ..*bar };
+        let first = self.run_lm(cost, &to_the_end, LEAST_GAIN_UNSPACED);
+        self.state.spacing.weight = weight;
+        let cost = self.state.evaluate(&self.plan, self.motion);
+        if first.stop == StopReason::TimeBudget {
+            return Outcome::new(cost, first.stop);
+        }
+        self.budget.next_start();
+        self.run_lm(cost, bar, LEAST_GAIN)
+    }
+
     /// Improves the motion in the state, whose cost is `cost` and which was evaluated last, until a step promises
     /// less than a part of it.
-    pub(super) fn run_lm(&mut self, cost: f64, bar: &Bar, least_gain: f64) -> Outcome {
+    fn run_lm(&mut self, cost: f64, bar: &Bar, least_gain: f64) -> Outcome {
         self.run_lm_from(cost, bar, least_gain, &mut { FIRST_DAMPING })
     }
 

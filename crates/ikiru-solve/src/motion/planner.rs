@@ -3,7 +3,6 @@
 use ikiru_rig::{Clip, Pose};
 
 use crate::motion::adam::MotionAdam;
-use crate::motion::lm::LEAST_GAIN;
 use crate::motion::problem::MotionProblem;
 use crate::motion::report::{MotionReport, report_terms};
 use crate::motion::state::MotionState;
@@ -64,9 +63,8 @@ impl Solver {
     ///
     /// The guess is sampled at the frames of the timeline and held still beyond its ends: a clip of one pose
     /// is a motion that stands still, the clip of an earlier plan a warm start. Frames that the problem gives take
-    /// their place in it. Joints that are not active, and active ones that nothing
-    /// moves, are in every frame as in the first one given, or as the guess has them at its first time. By [`Method::Lm`] or
-    /// [`Method::Adam`].
+    /// their place in it. Joints that are not active, and active ones that nothing moves, are in every frame as in the
+    /// first one given, or as the guess has them at its first time. By [`Method::Lm`] or [`Method::Adam`].
     ///
     /// Invalid input ends at once with [`StopReason::InvalidInput`], the guess given back.
     pub fn plan(
@@ -348,8 +346,7 @@ impl<'a> Run<'a> {
                 Outcome::new(cost, stop)
             }
             _ if self.holds_rates() => self.run_limited(cost, bar),
-            _ if self.state.spacing.weight > 0.0 => self.run_spaced(cost, bar),
-            _ => self.run_lm(cost, bar, LEAST_GAIN),
+            _ => self.run_unlimited(cost, bar),
         }
     }
 }

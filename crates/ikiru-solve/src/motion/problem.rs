@@ -6,28 +6,10 @@ use ikiru_rig::{JointId, Pose, RateLimit, Rig};
 
 use crate::motion::error::MotionError;
 use crate::motion::frame_terms::FrameTerms;
-use crate::motion::timeline::{Timeline, TimelineError};
+use crate::motion::timeline::Timeline;
+use crate::motion::when::When;
 use crate::objective::Objective;
 use crate::problem::{Problem, TermId, Tolerance};
-
-/// Where on the timeline an objective holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum When {
-    /// At the last frame.
-    #[default]
-    End,
-    /// At the frame nearest to a time (seconds).
-    At(f64),
-    /// From the frame nearest to one time to that nearest to another (seconds), both included.
-    Span {
-        /// Seconds.
-        from: f64,
-        /// Seconds.
-        to: f64,
-    },
-    /// At every frame.
-    Throughout,
-}
 
 /// Where a term holds, and its objectives where they move.
 #[derive(Debug)]
@@ -93,7 +75,7 @@ impl MotionProblem {
     pub fn from_problem(problem: Problem, timeline: Timeline, when: &[When]) -> Result<Self, MotionError> {
         let mut motion = Self::of_problem(problem, timeline);
         for term in 0..motion.base.n_terms() {
-            let frames = motion.frames_of(when.get(term).copied().unwrap_or_default())?;
+            let frames = when.get(term).copied().unwrap_or_default().frames(&timeline)?;
             motion.tracks.push(Track { frames, moving: Vec::new() });
         }
         Ok(motion)
@@ -127,7 +109,7 @@ impl MotionProblem {
         when: When,
         objective: T,
     ) -> Result<TermId<T>, MotionError> {
-        let frames = self.frames_of(when)?;
+        let frames = when.frames(&self.timeline)?;
         self.tracks.push(Track { frames, moving: Vec::new() });
         Ok(self.base.add(weight, objective))
     }
@@ -143,7 +125,7 @@ impl MotionProblem {
         when: When,
         mut at: impl FnMut(f64) -> T,
     ) -> Result<TermId<T>, MotionError> {
-        let frames = self.frames_of(when)?;
+        let frames = when.frames(&self.timeline)?;
         let first = at(self.timeline.time(frames.start));
         let moving = self.follow(&frames, &first, at)?;
         self.tracks.push(Track { frames, moving });
@@ -191,24 +173,6 @@ impl MotionProblem {
             moving.push(Box::new(objective));
         }
         Ok(moving)
-    }
-
-    fn frames_of(&self, when: When) -> Result<Range<usize>, MotionError> {
-        let last = self.timeline.n_frames() - 1;
-        Ok(match when {
-            When::End => last..last + 1,
-            When::At(secs) => {
-                let frame = self.timeline.frame_at(secs)?;
-                frame..frame + 1
-            }
-            When::Span { from, to } => {
-                if from.partial_cmp(&to).is_none_or(std::cmp::Ordering::is_gt) {
-                    return Err(TimelineError::Span { from, to }.into());
-                }
-                self.timeline.frame_at(from)?..self.timeline.frame_at(to)? + 1
-            }
-            When::Throughout => 0..last + 1,
-        })
     }
 
     /// Weights of smoothness, for the orders 1 (velocity), 2 (acceleration) and 3 (jerk), of every joint without
@@ -317,8 +281,8 @@ impl MotionProblem {
 
     /// Limits on the speed and acceleration of joints, in the place of those before. They are hard: they hold
     /// anywhere on the curve of [`Clip::sample_cubic`](ikiru_rig::Clip::sample_cubic), between frames too, and what
-    /// cannot be reached in time is missed. Only where the given frames leave no motion that keeps them are they
-    /// exceeded; the [report](crate::MotionReport::exceeded) then names joint and time.
+    /// cannot be reached in time is missed. Where no motion was found that keeps them, they are exceeded, and the
+    /// [report](crate::MotionReport::exceeded) says why that can be, and names joint and time.
     ///
     /// Needs [`Method::Lm`](crate::Method::Lm), unless the [duration is free](Self::set_free_duration).
     ///
@@ -334,7 +298,8 @@ impl MotionProblem {
 
     /// Whether the motion may take longer than its timeline: it is then planned as if nothing limited speed and
     /// acceleration, and slowed down afterwards where limits ask for it. Its poses stay the same, their times come
-    /// later and at uneven distances, and the report has the new ones. False at first.
+    /// later and at uneven distances, and the report has the new ones. Not with a history of more than one frame, whose
+    /// times have been. False at first.
     pub fn set_free_duration(&mut self, is_free: bool) {
         self.free_duration = is_free;
     }
