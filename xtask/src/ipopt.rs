@@ -77,7 +77,7 @@ pub(crate) fn test(root: &Path) -> Result<()> {
         return Ok(());
     }
     let mut args = vec!["test", "-p", "ikiru-ipopt", "-p", "ikiru-solve", "-p", "ikiru-scenario", "--lib"];
-    for test in ["minimise", "option_file", "ipopt", "solving", "paper"] {
+    for test in ["minimise", "option_file", "all"] {
         args.extend(["--test", test]);
     }
     args.extend(["--features", "ikiru-ipopt/link,ikiru-solve/ipopt,ikiru-scenario/ipopt"]);

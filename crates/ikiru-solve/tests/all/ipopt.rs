@@ -1,5 +1,4 @@
 //! Ipopt as a method: the minimum that Levenberg–Marquardt finds, limits, and every reason to stop.
-#![cfg(feature = "ipopt")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::time::{Duration, Instant};

@@ -1,9 +1,7 @@
 //! `ikiru plan`: motions that are written are judged by matrices made from what was written alone.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{ikiru, ikiru_in};
+use crate::common::{ikiru, ikiru_in};
 use glam::{DQuat, DVec3};
 use ikiru_formats::{read, read_motion_json};
 use ikiru_rig::{Clip, JointId, Rig};

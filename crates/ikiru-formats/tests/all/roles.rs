@@ -1,9 +1,7 @@
 //! Humanoid roles of every character that ships, by the names of its joints, and what the body says to them.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::{Warning, read, read_glb};
 use ikiru_rig::humanoid::{RoleProblem, assign};

@@ -2,9 +2,7 @@
 //! `data/robots/make_fk.py` made the numbers.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::read;
 use ikiru_rig::{Frame, Motion, Pose, Rig};

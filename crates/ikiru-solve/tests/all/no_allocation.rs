@@ -6,11 +6,8 @@ use ikiru_solve::objectives::{
     Direction, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
 };
 use ikiru_solve::{Method, Problem, Residual, Search, Solver, SolverOptions};
-use ikiru_testkit::allocations::{Counting, count};
+use ikiru_testkit::allocations::count;
 use ikiru_testkit::rigs::{Random, random_rig};
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[derive(Debug)]
 struct KeepApart {

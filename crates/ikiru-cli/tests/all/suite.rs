@@ -1,10 +1,8 @@
 //! Every scenario of the suite comes to what `scenarios/expected/outcomes.toml` says.
 
-mod common;
-
 use std::collections::BTreeSet;
 
-use common::{ikiru, root};
+use crate::common::{ikiru, root};
 use serde::Deserialize;
 
 #[derive(Deserialize)]

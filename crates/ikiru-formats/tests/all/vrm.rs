@@ -1,9 +1,7 @@
 //! VRM, old and new: a 0.x file is the same character turned round, and what is written is of its own version.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::{Loaded, Warning, read, read_glb, write_animated_glb, write_posed_glb};
 use ikiru_rig::{Clip, Role};

@@ -1,9 +1,7 @@
 //! Planned motions: optima that are known by other means, what is given stays, limits hold, errors are precise.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{arm, place, plan, still};
+use crate::common::{arm, place, plan, still};
 use glam::{DQuat, DVec3};
 use ikiru_rig::{Clip, Joint, JointId, Motion, Pose, RigBuilder};
 use ikiru_solve::objectives::{Direction, LookAt, Orientation, Position, RestPose};

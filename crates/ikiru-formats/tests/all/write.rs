@@ -1,9 +1,7 @@
 //! What is written shows the pose, reads back to it, and is otherwise the file that was read.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::{Loaded, Warning, read, read_glb, read_gltf, write_posed_glb};
 use ikiru_rig::{EulerOrder, Joint, Motion, Range, RigBuilder};
@@ -12,8 +10,8 @@ use serde_json::{Value, json};
 
 fn bytes_of(name: &str) -> Vec<u8> {
     match name {
-        "builtin:human" => include_bytes!("../assets/human.vrm").to_vec(),
-        "builtin:reference" => include_bytes!("../assets/reference_human.glb").to_vec(),
+        "builtin:human" => include_bytes!("../../assets/human.vrm").to_vec(),
+        "builtin:reference" => include_bytes!("../../assets/reference_human.glb").to_vec(),
         name => std::fs::read(data(name)).unwrap(),
     }
 }

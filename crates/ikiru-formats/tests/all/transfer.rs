@@ -1,9 +1,7 @@
 //! Clips on other rigs: limbs point where they pointed, whatever the joints are called and however they rest.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::read;
 use ikiru_rig::humanoid::{Reference, TransferError, normalised, t_pose, transfer};

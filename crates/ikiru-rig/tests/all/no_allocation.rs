@@ -2,11 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
 use ikiru_rig::{Clip, Pose};
-use ikiru_testkit::allocations::{Counting, count};
+use ikiru_testkit::allocations::count;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn sampling_into_a_pose_of_the_rig_does_not_allocate() {

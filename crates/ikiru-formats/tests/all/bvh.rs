@@ -1,10 +1,8 @@
 //! BVH is read as the text has it, and written such that it reads back the same.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::bvh::*;
-use common::*;
+use crate::common::bvh::*;
+use crate::common::*;
 use glam::DVec3;
 use ikiru_formats::{
     BvhOptions, Loaded, PositionChannels, Warning, read, read_bvh, write_bvh_clip, write_bvh_pose,

@@ -1,9 +1,7 @@
 //! Animations become clips, clips become animations, and both say the same.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::gltf::DataProblem;
 use ikiru_formats::{Loaded, Warning, read, read_glb, write_animated_glb};

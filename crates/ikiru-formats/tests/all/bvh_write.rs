@@ -1,10 +1,8 @@
 //! Any rig is written as BVH such that its world frames come back.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::bvh::{Reference, assert_same_frames_to};
-use common::*;
+use crate::common::bvh::{Reference, assert_same_frames_to};
+use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::{BvhOptions, Loaded, read, read_bvh, write_bvh_clip, write_bvh_pose};
 use ikiru_rig::{Clip, EulerOrder, Joint, Motion, Pose, Range, Rig, RigBuilder};

@@ -2,19 +2,14 @@
 //! valid rig or an error.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-use common::*;
+use crate::common::*;
 use ikiru_formats::{Error, Loaded, read_urdf};
 use ikiru_rig::RigBuilder;
-use ikiru_testkit::allocations::{Counting, peak};
+use ikiru_testkit::allocations::peak;
 use ikiru_testkit::rigs::Random;
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const MIB: usize = 1 << 20;
 

@@ -1,11 +1,9 @@
 //! What a user meets: exit statuses, JSON keys, files, messages.
 
-mod common;
-
 use std::io::Read;
 use std::process::{Command, Stdio};
 
-use common::{ikiru, ikiru_in};
+use crate::common::{ikiru, ikiru_in};
 use glam::{DQuat, DVec3};
 use ikiru_scenario::Scenario;
 use serde_json::Value;

@@ -1,11 +1,9 @@
 //! Robots are read as they are: types, limits, axes, names, followers, solids, and the world they stand in.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use common::*;
+use crate::common::*;
 use glam::{DMat3, DQuat, DVec3};
 use ikiru_formats::urdf::UrdfWarning;
 use ikiru_formats::{Loaded, ShapeKind, Warning, read, read_urdf};

@@ -1,9 +1,7 @@
 //! Broken files by the thousand: whatever comes in, there is an answer, and it is a valid rig or an error.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use ikiru_formats::{Loaded, read_glb, write_animated_glb, write_posed_glb};
 use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::{Value, json};

@@ -1,9 +1,7 @@
 //! Frames that are given, joints that do not move, and terms that hold at neither: what stays, and what is refused.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{arm, place, plan};
+use crate::common::{arm, place, plan};
 use glam::DVec3;
 use ikiru_rig::{Clip, Joint, JointId, Motion, Range, RigBuilder};
 use ikiru_solve::objectives::{Position, RestPose};

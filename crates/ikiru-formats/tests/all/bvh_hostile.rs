@@ -5,11 +5,8 @@ use std::time::{Duration, Instant};
 
 use ikiru_formats::{BvhOptions, Error, Loaded, read_bvh, write_bvh_clip, write_bvh_pose};
 use ikiru_rig::Pose;
-use ikiru_testkit::allocations::{Counting, peak};
+use ikiru_testkit::allocations::peak;
 use ikiru_testkit::rigs::Random;
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const MIB: usize = 1 << 20;
 

@@ -1,9 +1,7 @@
 //! Motions of balls in cones: they slide along edges, and reach what single poses reach.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::plan;
+use crate::common::plan;
 use glam::DVec3;
 use ikiru_rig::{Cone, Joint, JointId, Motion, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Orientation, Position, RestPose};

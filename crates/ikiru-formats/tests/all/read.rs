@@ -1,9 +1,7 @@
 //! Files that ship are read as they are: joints, kinematics, roles; and the rules of what a rig becomes.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::DVec3;
 use ikiru_formats::{BoneProblem, Warning, read, read_glb, read_gltf};
 use ikiru_rig::{Motion, Role};

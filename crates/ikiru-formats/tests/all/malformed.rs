@@ -1,9 +1,7 @@
 //! Each way in which a file can be wrong, alone: the message names file, place, what was found and expected.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use ikiru_formats::{ErrorKind, Place, builtin, read, read_glb, read_gltf};
 use serde_json::{Value, json};
 

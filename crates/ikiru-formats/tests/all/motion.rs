@@ -4,13 +4,10 @@
 use glam::{DQuat, DVec3};
 use ikiru_formats::{ErrorKind, Place, motion_csv, motion_json, read_motion_json};
 use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Mimic, Motion, Pose, Range, Rig, RigBuilder};
-use ikiru_testkit::allocations::{Counting, peak};
+use ikiru_testkit::allocations::peak;
 use ikiru_testkit::rigs::{Random, random_pose, rigs};
 use proptest::prelude::*;
 use serde_json::{Value, json};
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn random_clip(rig: &Rig, n: usize, seed: u64) -> Clip {
     let mut random = Random::new(seed);

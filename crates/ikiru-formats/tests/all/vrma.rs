@@ -1,9 +1,7 @@
 //! VRM animations: what is written comes back, fits every avatar, and is what the format asks for.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::{ErrorKind, Warning, read, read_glb, read_vrma, write_animated_glb, write_vrma};
 use ikiru_rig::humanoid::{Reference, t_pose, transfer};

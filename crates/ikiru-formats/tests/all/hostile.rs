@@ -2,17 +2,12 @@
 //! memory.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-mod common;
-
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-use common::glb_of_text;
+use crate::common::glb_of_text;
 use ikiru_formats::{Error, Loaded, read_glb, read_gltf, read_vrma};
-use ikiru_testkit::allocations::{Counting, peak};
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use ikiru_testkit::allocations::peak;
 
 const MIB: usize = 1 << 20;
 

@@ -1,0 +1,6 @@
+//! All tests of the crate in one program, which links once.
+
+mod command;
+mod common;
+mod plan;
+mod suite;

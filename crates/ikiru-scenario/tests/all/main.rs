@@ -1,0 +1,9 @@
+//! All tests of the crate in one program, which links once.
+
+mod characters;
+mod motion;
+mod paper;
+mod robots;
+mod roles;
+mod scenarios;
+mod wrong_input;

@@ -1,0 +1,18 @@
+//! All tests of the crate in one program, which links once.
+
+mod baselines;
+mod common;
+mod custom;
+#[cfg(feature = "ipopt")]
+mod ipopt;
+mod motion;
+mod motion_cones;
+mod motion_given;
+mod no_allocation;
+mod rate_limits;
+mod solving;
+mod tracking;
+
+/// Counts for the tests that bound memory or allow no allocation.
+#[global_allocator]
+static ALLOCATOR: ikiru_testkit::allocations::Counting = ikiru_testkit::allocations::Counting;
