@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Clip;
 use super::curve::{Curve, Dofs};
+use super::rate_bound::RateBounds;
 use super::rates::{Part, Peak, Rate};
 use crate::joint::JointId;
 use crate::pose::Pose;
@@ -83,16 +84,27 @@ impl Clip {
         self.peak(joint, part, Rate::Acceleration)
     }
 
-    pub(super) fn peak(&self, joint: JointId, part: Part, rate: Rate) -> Peak {
-        let mut peak = Peak { value: 0.0, secs: self.times[0] };
+    fn peak(&self, joint: JointId, part: Part, rate: Rate) -> Peak {
+        self.peak_above(joint, part, rate, 0.0).unwrap_or(Peak { value: 0.0, secs: self.times[0] })
+    }
+
+    /// The largest speed or acceleration of a joint, where that is above `floor`.
+    pub(super) fn peak_above(&self, joint: JointId, part: Part, rate: Rate, floor: f64) -> Option<Peak> {
         let dofs = part.dofs(self.rig(), joint);
+        let mut peak: Option<Peak> = None;
         if dofs.is_empty() {
             return peak;
         }
-        for before in 0..self.times.len() - 1 {
-            let here = self.peak_between(joint, &dofs, rate, before, peak.value);
-            if here.value > peak.value {
-                peak = here;
+        let bounds = RateBounds::new(self, joint, &dofs, rate);
+        for (before, bound) in bounds.enumerate() {
+            let known = peak.map_or(0.0, |peak| peak.value);
+            // What cannot win is not measured.
+            if bound <= known.max(floor) {
+                continue;
+            }
+            let here = self.peak_between(joint, &dofs, rate, before, known);
+            if here.value > known.max(floor) {
+                peak = Some(here);
             }
         }
         peak

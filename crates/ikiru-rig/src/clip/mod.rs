@@ -8,6 +8,7 @@ mod cubic;
 mod curve;
 mod edit;
 mod measure;
+mod rate_bound;
 mod rate_limit;
 mod rates;
 mod retime;

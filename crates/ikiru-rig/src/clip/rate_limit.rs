@@ -72,7 +72,8 @@ impl Clip {
     ///
     /// A peak up to a part in 10⁹ above its limit counts as kept. Peaks are found as in
     /// [`peak_speed`](Self::peak_speed) and [`peak_acceleration`](Self::peak_acceleration), for the joints with
-    /// limits alone: time grows with the number of poses times that of limits.
+    /// limits alone: time grows with the number of poses times that of limits. Between poses that are too near to each
+    /// other to come near a limit nothing is measured.
     ///
     /// # Errors
     /// When a limit is on a joint that the rig does not have, on a jerk, on a motion that the joint does not have,
@@ -81,8 +82,11 @@ impl Clip {
         self.check_rate_limits(limits)?;
         let mut excesses: Vec<RateExcess> = limits
             .iter()
-            .map(|limit| RateExcess { limit: *limit, peak: self.peak(limit.joint, limit.part, limit.rate) })
-            .filter(|excess| excess.peak.value > excess.limit.most * (1.0 + TOLERANCE))
+            .filter_map(|limit| {
+                let floor = limit.most * (1.0 + TOLERANCE);
+                let peak = self.peak_above(limit.joint, limit.part, limit.rate, floor)?;
+                Some(RateExcess { limit: *limit, peak })
+            })
             .collect();
         excesses.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
         Ok(excesses)
