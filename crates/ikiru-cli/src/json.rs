@@ -5,7 +5,7 @@ use std::time::Duration;
 use ikiru_formats::{Loaded, pose_json};
 use ikiru_rig::{Motion, Pose, Range, Role};
 use ikiru_scenario::Scenario;
-use ikiru_solve::Report;
+use ikiru_solve::{PartReport, Report};
 use serde_json::{Value, json};
 
 use crate::report::warnings;
@@ -28,11 +28,7 @@ pub(crate) fn solved(scenario: &Scenario, report: &Report<'_>, pose: &Pose, time
                 "cost": term.cost,
                 "satisfied": term.satisfied,
             });
-            // A pose objective has an angle besides its distance.
-            if let Some((residual, unit)) = term.second {
-                objective["second_residual"] = json!(residual);
-                objective["second_unit"] = json!(unit.symbol());
-            }
+            add_other_parts(&mut objective, &term.others);
             objective
         })
         .collect();
@@ -47,6 +43,14 @@ pub(crate) fn solved(scenario: &Scenario, report: &Report<'_>, pose: &Pose, time
         "warnings": warnings(scenario, report),
         "pose": pose_json(pose, &scenario.active),
     })
+}
+
+/// The residuals of an objective beyond its first: a pose has an angle besides its distance.
+pub(crate) fn add_other_parts(objective: &mut Value, others: &[PartReport]) {
+    for (name, part) in ["second", "third", "fourth"].iter().zip(others) {
+        objective[format!("{name}_residual")] = json!(part.residual);
+        objective[format!("{name}_unit")] = json!(part.unit.symbol());
+    }
 }
 
 /// What `inspect --json` prints.

@@ -141,8 +141,8 @@ fn target_text(scenario: &Scenario, objective: usize) -> String {
 }
 
 fn residual_text(term: &TermReport) -> String {
-    let first = length_text(term.residual, term.unit);
-    term.second.map_or(first.clone(), |(residual, unit)| format!("{first}, {}", length_text(residual, unit)))
+    let others = term.others.iter().map(|part| length_text(part.residual, part.unit));
+    std::iter::once(length_text(term.residual, term.unit)).chain(others).collect::<Vec<_>>().join(", ")
 }
 
 pub(crate) fn length_text(residual: f64, unit: Unit) -> String {

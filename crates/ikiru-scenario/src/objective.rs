@@ -414,6 +414,7 @@ fn once<T>(
 /// The joints that a term reads: those whose frames it reads, and those whose own motion it reads.
 pub(crate) fn joints_read(problem: &Problem, term: usize) -> (Vec<JointId>, Vec<JointId>) {
     problem.objective(term).map_or_else(Default::default, |objective| {
-        (objective.joints().to_vec(), objective.motions().to_vec())
+        let own = objective.joint_rows().map_or_else(Vec::new, |rows| rows.joints().to_vec());
+        (objective.joints().to_vec(), own)
     })
 }

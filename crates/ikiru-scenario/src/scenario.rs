@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
 use ikiru_rig::{JointId, Motion, Pose, Rig};
 use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
-use ikiru_solve::{Method, Objective, Problem, Report, Search, Solver, SolverOptions, Workspace};
+use ikiru_solve::{Method, Problem, Report, Search, Solver, SolverOptions, Workspace};
 use serde_json::{Map, Value as Json, json};
 use toml::de::DeTable;
 
@@ -214,8 +214,8 @@ impl Scenario {
             Some(TermHandle::KnownRotation(id)) => {
                 let objective = &problem[id];
                 let mut joints = Map::new();
-                for (joint, angles) in objective.motions().iter().zip(objective.angles()) {
-                    joints.insert(name_of(&self.rig, *joint).to_owned(), self.angles_json(*joint, angles));
+                for (joint, angles) in objective.targets() {
+                    joints.insert(name_of(&self.rig, joint).to_owned(), self.angles_json(joint, &angles));
                 }
                 Json::Object(joints)
             }

@@ -2,7 +2,7 @@
 
 use ikiru_rig::{JointId, Pose};
 
-use crate::plan::Plan;
+use crate::plan::{Plan, TermPlan};
 use crate::problem::Problem;
 use crate::state::State;
 
@@ -90,17 +90,13 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
                     differs(t.term, row - t.rows.start, exact, numeric)?;
                 }
             }
-            // Terms that read motions are summed up in a gradient: half that of their squares.
+            // Joint rows are summed up in a gradient: half that of their squares.
             let squares = |s: &State| {
-                plan.terms
-                    .iter()
-                    .filter(|t| t.has_motion_part)
-                    .map(|t| s.squares[t.parts.end - 1])
-                    .sum::<f64>()
+                plan.terms.iter().flat_map(TermPlan::joint_parts).map(|part| s.squares[part]).sum::<f64>()
             };
             let numeric = (squares(&ahead) - squares(&behind)) / (4.0 * STEP);
-            if let Some(t) = plan.terms.iter().find(|t| t.has_motion_part) {
-                differs(t.term, t.rows.len(), state.motion_gradient[dof], numeric)?;
+            if let Some(t) = plan.terms.iter().find(|t| !t.joint_reads.is_empty()) {
+                differs(t.term, t.rows.len(), state.joint_gradient[dof], numeric)?;
             }
         }
     }

@@ -25,9 +25,11 @@ pub use motion::{
     MotionError, MotionProblem, MotionReport, MotionTermReport, MotionWorkspace, PlannedMotion, TargetPath,
     TargetPathError, Timeline, TimelineError, When,
 };
-pub use objective::{Inputs, Loss, Objective, Part, Reach, Rows, Unit};
+pub use objective::{Inputs, JointRows, Loss, MOST_PARTS, Objective, Part, Reach, Rows, Unit};
 pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub use problem::{Problem, TermId, Tolerance};
-pub use report::{ActiveLimit, Invalid, LimitKind, Obstacle, Report, StopReason, TermReport};
+pub use report::{
+    ActiveLimit, Invalid, LimitKind, Obstacle, PartReport, PartReports, Report, StopReason, TermReport,
+};
 pub use residual::{MOST_ROWS, Residual};
 pub use solver::{Solver, Workspace};

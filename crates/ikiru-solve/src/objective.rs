@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use glam::DVec3;
-use ikiru_rig::{Dual, Frame, JointId, Motion};
+use ikiru_rig::{Dual, Frame, JointId, Motion, Rig};
 
 /// The shape put on a part's residual: how its length `‖r‖` becomes cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -157,6 +157,39 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// The rows of an objective that read how joints themselves are turned or moved, wherever the body is: one row a
+/// degree of freedom of each joint.
+///
+/// Their residuals make up to two more parts of the objective, behind those of its frames: what turns, in radians, then
+/// what slides (sliders and the translation of a free root), in metres.
+pub trait JointRows {
+    /// The joints that it reads, none of which follows another.
+    fn joints(&self) -> &[JointId];
+
+    /// Whether what it wants fits these joints; checked before every solve.
+    ///
+    /// # Errors
+    /// A short text that ends the sentence "the objective …", as in "gives an angle to a ball".
+    fn check(&self, rig: &Rig) -> Result<(), &'static str>;
+
+    /// The residual of the `idx`-th joint at its coordinates, one row a degree of freedom (zeros when it is called):
+    /// translations first, as in its tangent.
+    ///
+    /// With `derivative`, also its derivative by the joint's own tangent, row by row (`n_dofs × n_dofs`,
+    /// zeros when it is called).
+    fn evaluate(
+        &self,
+        idx: usize,
+        motion: &Motion,
+        coords: &[f64],
+        residual: &mut [f64],
+        derivative: Option<&mut [f64]>,
+    );
+}
+
+/// The most parts of one objective, those of its [`JointRows`] included.
+pub const MOST_PARTS: usize = 4;
+
 /// One soft wish: a residual that a solver drives to zero.
 ///
 /// An objective knows nothing of chains: it declares the frames that it reads and gives the derivative by
@@ -169,7 +202,8 @@ pub trait Objective: Debug + Send + Sync + 'static {
     /// The joints whose world frames it reads.
     fn joints(&self) -> &[JointId];
 
-    /// The parts of the residual that is computed from frames, in the order of their rows.
+    /// The parts of the residual that is computed from frames, in the order of their rows; at most
+    /// [`MOST_PARTS`], less those of [`joint_rows`](Self::joint_rows).
     fn parts(&self) -> &[Part];
 
     /// The loss of every part.
@@ -189,25 +223,9 @@ pub trait Objective: Debug + Send + Sync + 'static {
         true
     }
 
-    /// The joints whose own motion it reads, each for as many more rows as the joint has degrees of
-    /// freedom. Most objectives read none.
-    fn motions(&self) -> &[JointId] {
-        &[]
-    }
-
-    /// The residual of the `idx`-th motion that it reads, in radians (metres for sliders), one row a degree of freedom.
-    ///
-    /// With `derivative`, also its derivative by the joint's own tangent, row by row (`n_dofs × n_dofs`,
-    /// zeros when it is called).
-    fn evaluate_motion(
-        &self,
-        idx: usize,
-        motion: &Motion,
-        coords: &[f64],
-        residual: &mut [f64],
-        derivative: Option<&mut [f64]>,
-    ) {
-        let _ = (idx, motion, coords, residual, derivative);
+    /// The rows by joints' own motions, for an objective that has some. Most have none.
+    fn joint_rows(&self) -> Option<&dyn JointRows> {
+        None
     }
 
     /// The point that it wants at a place. Most objectives want none; those that do give it here, so that CCD

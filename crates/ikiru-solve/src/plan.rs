@@ -16,6 +16,9 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// Up to here, loops over rows of a known number beat leaving out the rows that a joint cannot move.
 const MOST_DENSE_ROWS: usize = 12;
 
+/// So many times as many rows as degrees of freedom make it cheaper to solve over the latter.
+const TALL: usize = 2;
+
 /// A joint of the reduced tree: one that moves, or whose frame is read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
@@ -49,21 +52,19 @@ pub(crate) struct Mover {
 impl Mover {
     /// Whether its `k`-th degree of freedom moves along an axis rather than turning about it.
     pub(crate) fn is_translation(&self, k: usize) -> bool {
-        match self.motion {
-            Motion::Slider { .. } => true,
-            Motion::Free { .. } => k < 3,
-            _ => false,
-        }
+        k < n_translations(&self.motion)
     }
 }
 
-/// A local motion that a term reads.
+/// A joint whose own motion a term reads.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MotionRead {
+pub(crate) struct JointRead {
     pub(crate) motion: Motion,
     pub(crate) coord: usize,
     pub(crate) n_coords: usize,
     pub(crate) n_rows: usize,
+    /// How many of the rows, the first ones, are translations.
+    pub(crate) n_translations: usize,
     /// Where its degrees of freedom lie; `None` for a joint that does not move.
     pub(crate) dof: Option<usize>,
 }
@@ -82,10 +83,25 @@ pub(crate) struct TermPlan {
     pub(crate) nodes: Vec<u32>,
     /// Its rows that come from frames.
     pub(crate) rows: Range<usize>,
-    /// Its parts, the one of its motions last.
+    /// Its parts: those of its frames, then those of its joint rows.
     pub(crate) parts: Range<usize>,
-    pub(crate) motions: Vec<MotionRead>,
-    pub(crate) has_motion_part: bool,
+    pub(crate) n_frame_parts: usize,
+    pub(crate) joint_reads: Vec<JointRead>,
+    /// The parts of its joint rows that turn, and of those that slide; where there are none, the part is not used.
+    pub(crate) turn_part: usize,
+    pub(crate) slide_part: usize,
+}
+
+impl TermPlan {
+    /// The parts that are computed from frames.
+    pub(crate) fn frame_parts(&self) -> Range<usize> {
+        self.parts.start..self.parts.start + self.n_frame_parts
+    }
+
+    /// The parts that are computed from joints' own motions.
+    pub(crate) fn joint_parts(&self) -> Range<usize> {
+        self.parts.start + self.n_frame_parts..self.parts.end
+    }
 }
 
 #[derive(Clone, Debug, Default)]
@@ -118,7 +134,9 @@ pub(crate) struct Plan {
     /// How many rows there are (3, 6, 9 or 12, the last ones empty) where they are so few that all are kept
     /// for every degree of freedom.
     pub(crate) dense_rows: Option<usize>,
-    pub(crate) has_motions: bool,
+    /// Whether steps are solved for over degrees of freedom, since there are so many more rows.
+    pub(crate) is_tall: bool,
+    pub(crate) has_joint_rows: bool,
     pub(crate) has_cones: bool,
     pub(crate) signature: Signature,
 }
@@ -135,7 +153,7 @@ pub(crate) struct Span {
 #[derive(Clone, Debug)]
 struct Reads {
     joints: Vec<JointId>,
-    motions: Vec<JointId>,
+    own_motions: Vec<JointId>,
     parts: Vec<Part>,
 }
 
@@ -156,7 +174,9 @@ impl Plan {
             && s.terms.len() == problem.terms().len()
             && s.terms.iter().zip(problem.terms()).all(|(reads, term)| {
                 let o = &term.objective;
-                reads.joints == o.joints() && reads.motions == o.motions() && reads.parts == o.parts()
+                reads.joints == o.joints()
+                    && reads.own_motions == joints_read(&**o)
+                    && reads.parts == o.parts()
             })
     }
 
@@ -205,7 +225,7 @@ impl Plan {
                 matters[mimic.leader.index()] = true;
             }
         }
-        for joint in problem.terms().iter().flat_map(|t| t.objective.motions()) {
+        for joint in problem.terms().iter().flat_map(|t| joints_read(&*t.objective)) {
             matters[joint.index()] = true;
         }
         self.is_flat = true;
@@ -307,8 +327,8 @@ impl Plan {
             let objective = &term.objective;
             let first_part = self.parts.len();
             self.parts.extend(objective.parts().iter().map(|p| PartPlan { n_rows: p.n_rows, unit: p.unit }));
-            let motions: Vec<MotionRead> = objective
-                .motions()
+            let n_frame_parts = objective.parts().len();
+            let joint_reads: Vec<JointRead> = joints_read(&**objective)
                 .iter()
                 .map(|&joint| {
                     let data = &rig.joints()[joint.index()];
@@ -323,22 +343,37 @@ impl Plan {
                         |m| m.coord,
                     );
                     let dof = mover.map(|m| m.dof);
-                    MotionRead { motion: data.motion, coord, n_coords: n_coords_of, n_rows, dof }
+                    let n_translations = n_translations(&data.motion);
+                    JointRead {
+                        motion: data.motion,
+                        coord,
+                        n_coords: n_coords_of,
+                        n_rows,
+                        n_translations,
+                        dof,
+                    }
                 })
                 .collect();
-            let has_motion_part = !motions.is_empty();
-            if has_motion_part {
-                self.has_motions = true;
-                let n_rows = motions.iter().map(|m| m.n_rows).sum();
-                self.parts.push(PartPlan { n_rows, unit: Unit::Radians });
+            let n_sliding = joint_reads.iter().map(|r| r.n_translations).sum();
+            let n_turning = joint_reads.iter().map(|r| r.n_rows).sum::<usize>() - n_sliding;
+            let turn_part = self.parts.len();
+            if n_turning > 0 {
+                self.parts.push(PartPlan { n_rows: n_turning, unit: Unit::Radians });
             }
+            let slide_part = self.parts.len();
+            if n_sliding > 0 {
+                self.parts.push(PartPlan { n_rows: n_sliding, unit: Unit::Metres });
+            }
+            self.has_joint_rows |= !joint_reads.is_empty();
             self.terms.push(TermPlan {
                 term: idx,
                 nodes: objective.joints().iter().map(|j| node_of[j.index()]).collect(),
                 rows: 0..objective.parts().iter().map(|p| p.n_rows).sum(),
                 parts: first_part..self.parts.len(),
-                motions,
-                has_motion_part,
+                n_frame_parts,
+                joint_reads,
+                turn_part,
+                slide_part,
             });
         }
     }
@@ -347,7 +382,12 @@ impl Plan {
     /// it can move. Below a joint lies one run of nodes, so that the spans are tight.
     fn place_rows(&mut self) {
         let mut by_tree: Vec<usize> = (0..self.terms.len()).collect();
-        by_tree.sort_by_key(|t| self.terms[*t].nodes.first().copied().unwrap_or(NONE));
+        // What nothing moves stands first, where no span has to reach over it.
+        by_tree.sort_by_key(|t| {
+            let nodes = &self.terms[*t].nodes;
+            let moves = nodes.iter().any(|node| self.is_moved(*node));
+            (moves, nodes.first().copied().unwrap_or(NONE))
+        });
         for t in by_tree {
             let n_rows = self.terms[t].rows.len();
             self.terms[t].rows = self.n_rows..self.n_rows + n_rows;
@@ -371,12 +411,25 @@ impl Plan {
             self.dense_rows = Some(self.n_rows);
             ends.fill((0, self.n_rows));
         }
+        self.is_tall = self.dense_rows.is_none() && self.n_rows >= TALL * self.n_dofs;
         // The degrees of freedom of one joint share their span.
         for (first, last) in ends {
             let len = last.saturating_sub(first);
             self.spans.push(Span { first: if len == 0 { 0 } else { first }, len, start: self.n_jacobian });
             self.n_jacobian += len;
         }
+    }
+
+    /// Whether a degree of freedom moves a node.
+    fn is_moved(&self, node: u32) -> bool {
+        let mut at = node;
+        while let Some(node) = self.nodes.get(at as usize) {
+            if node.n_screws > 0 {
+                return true;
+            }
+            at = node.parent;
+        }
+        false
     }
 
     /// How many coordinates are kept: those that move, and those that are only read.
@@ -389,7 +442,7 @@ impl Signature {
     fn of(problem: &Problem) -> Self {
         let reads = |o: &dyn Objective| Reads {
             joints: o.joints().to_vec(),
-            motions: o.motions().to_vec(),
+            own_motions: joints_read(o).to_vec(),
             parts: o.parts().to_vec(),
         };
         Self {
@@ -397,6 +450,20 @@ impl Signature {
             active: problem.active_flags().to_vec(),
             terms: problem.terms().iter().map(|t| reads(&*t.objective)).collect(),
         }
+    }
+}
+
+/// The joints whose own motions an objective reads.
+pub(crate) fn joints_read(objective: &dyn Objective) -> &[JointId] {
+    objective.joint_rows().map_or(&[], |rows| rows.joints())
+}
+
+/// How many degrees of freedom of a motion, the first ones, move along an axis rather than turning about it.
+pub(crate) fn n_translations(motion: &Motion) -> usize {
+    match motion {
+        Motion::Slider { .. } => 1,
+        Motion::Free { .. } => 3,
+        Motion::Fixed | Motion::Hinge { .. } | Motion::Euler { .. } | Motion::Ball { .. } => 0,
     }
 }
 

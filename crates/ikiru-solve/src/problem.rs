@@ -6,7 +6,8 @@ use std::ops::{Index, IndexMut};
 
 use ikiru_rig::{JointId, Rig};
 
-use crate::objective::{Objective, Unit};
+use crate::objective::{MOST_PARTS, Objective, Unit};
+use crate::plan::joints_read;
 
 /// The joints that may move and the terms of the cost `J = Σ λ · ρ(r)` (the paper's equations 6 and 19).
 ///
@@ -26,6 +27,13 @@ pub(crate) struct Term {
     pub(crate) tolerance: Tolerance,
     pub(crate) mandatory: bool,
     pub(crate) objective: Box<dyn AnyObjective>,
+}
+
+impl Term {
+    /// Whether success asks for it.
+    pub(crate) fn counts(&self) -> bool {
+        self.mandatory && self.weight > 0.0
+    }
 }
 
 /// How near is near enough, by unit.
@@ -206,7 +214,7 @@ impl Problem {
         self.terms.get_mut(id.idx)?.objective.as_any_mut().downcast_mut()
     }
 
-    /// Changes the weight λ of a term.
+    /// Changes the weight λ of a term; 0 switches it off.
     pub fn set_weight<T>(&mut self, id: TermId<T>, weight: f64) {
         if let Some(term) = self.terms.get_mut(id.idx) {
             term.weight = weight;
@@ -220,7 +228,7 @@ impl Problem {
         }
     }
 
-    /// Says whether success asks for a term.
+    /// Says whether success asks for a term. It never asks for one of weight 0, which is as good as not there.
     pub fn set_mandatory<T>(&mut self, id: TermId<T>, mandatory: bool) {
         if let Some(term) = self.terms.get_mut(id.idx) {
             term.mandatory = mandatory;
@@ -249,17 +257,28 @@ impl Problem {
                 return Err((idx, "has a Huber loss whose width is not finite and positive"));
             }
             let n_joints = self.rig.n_joints();
-            if objective.joints().iter().chain(objective.motions()).any(|j| j.index() >= n_joints) {
+            if objective.joints().iter().chain(joints_read(&**objective)).any(|j| j.index() >= n_joints) {
                 return Err((idx, "names a joint that the rig does not have"));
             }
             let follows = |joint: &JointId| self.rig.get(*joint).is_some_and(|data| data.mimic.is_some());
-            if objective.motions().iter().any(follows) {
+            if joints_read(&**objective).iter().any(follows) {
                 return Err((idx, "reads the motion of a joint that follows another: name its leader"));
             }
-            objective.check().map_err(|reason| (idx, reason))?;
+            check_objective(&self.rig, &**objective).map_err(|reason| (idx, reason))?;
         }
         Ok(())
     }
+}
+
+/// Whether an objective's numbers are usable, and fit the rig.
+pub(crate) fn check_objective(rig: &Rig, objective: &dyn Objective) -> Result<(), &'static str> {
+    objective.check()?;
+    objective.joint_rows().map_or(Ok(()), |rows| rows.check(rig))?;
+    let n_joint_parts = if objective.joint_rows().is_some() { 2 } else { 0 };
+    if objective.parts().len() + n_joint_parts > MOST_PARTS {
+        return Err("has more parts than reports have room for: at most 4, its joint rows count for 2");
+    }
+    Ok(())
 }
 
 impl<T: Objective> Index<TermId<T>> for Problem {

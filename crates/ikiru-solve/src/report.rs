@@ -1,8 +1,11 @@
 //! What came of a solve: success, the reason it ended, every term's residual, and what is in the way.
 
+use std::fmt::{self, Debug, Formatter};
+use std::ops::{Deref, DerefMut};
+
 use ikiru_rig::{JointId, Motion};
 
-use crate::objective::Unit;
+use crate::objective::{MOST_PARTS, Unit};
 
 /// Why a solve ended. Not converging is a result, and the best pose found always comes back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +50,55 @@ pub enum Invalid {
     Options(&'static str),
 }
 
+/// The length of one part's residual.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartReport {
+    /// The length, in `unit`.
+    pub residual: f64,
+    /// Its unit.
+    pub unit: Unit,
+}
+
+/// Some parts of a term, in the order of the objective's; a slice that lies in the report itself.
+#[derive(Clone, Copy, PartialEq)]
+pub struct PartReports {
+    parts: [PartReport; MOST_PARTS],
+    n_parts: usize,
+}
+
+impl PartReports {
+    /// Takes over the first [`MOST_PARTS`] of some parts.
+    pub(crate) fn new(parts: impl Iterator<Item = PartReport>) -> Self {
+        let mut reports =
+            Self { parts: [PartReport { residual: 0.0, unit: Unit::Metres }; MOST_PARTS], n_parts: 0 };
+        for (slot, part) in reports.parts.iter_mut().zip(parts) {
+            *slot = part;
+            reports.n_parts += 1;
+        }
+        reports
+    }
+}
+
+impl Deref for PartReports {
+    type Target = [PartReport];
+
+    fn deref(&self) -> &[PartReport] {
+        &self.parts[..self.n_parts]
+    }
+}
+
+impl DerefMut for PartReports {
+    fn deref_mut(&mut self) -> &mut [PartReport] {
+        &mut self.parts[..self.n_parts]
+    }
+}
+
+impl Debug for PartReports {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.iter()).finish()
+    }
+}
+
 /// The state of one term at the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TermReport {
@@ -60,13 +112,13 @@ pub struct TermReport {
     pub residual: f64,
     /// Unit of `residual`.
     pub unit: Unit,
-    /// Length and unit of the second part's residual, for objectives that have two.
-    pub second: Option<(f64, Unit)>,
+    /// The residuals of its other parts, for objectives that have more than one.
+    pub others: PartReports,
     /// What the term adds to the cost: `λ · ρ(r)`.
     pub cost: f64,
     /// Whether every part is within its tolerance.
     pub satisfied: bool,
-    /// Whether success asks for it.
+    /// Whether success asks for it; never where the weight is 0.
     pub mandatory: bool,
     /// Something odd that did not stop the solve.
     pub warning: Option<&'static str>,

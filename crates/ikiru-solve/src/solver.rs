@@ -2,11 +2,14 @@
 
 use ikiru_rig::Pose;
 
-use crate::objective::Inputs;
+use crate::objective::{Inputs, Unit};
 use crate::options::{Method, SolverOptions};
-use crate::plan::Plan;
+use crate::plan::{Plan, joints_read};
 use crate::problem::Problem;
-use crate::report::{ActiveLimit, Invalid, LimitKind, Obstacle, Report, Summary, TermReport};
+use crate::report::{
+    ActiveLimit, Invalid, LimitKind, Obstacle, PartReport, PartReports, Report, StopReason, Summary,
+    TermReport,
+};
 use crate::solvers::adam::whole_gradient;
 use crate::solvers::search::{Budget, Outcome, Searcher};
 use crate::state::State;
@@ -111,7 +114,7 @@ impl Solver {
         let start_projected = w.state.project(&w.plan);
         let cost = w.state.evaluate(&w.plan, problem);
         if !cost.is_finite() {
-            return Summary::invalid(invalid_term(&w.plan, problem, &w.state));
+            return Summary::invalid(invalid_term(&w.plan, &w.state));
         }
         let (outcome, restarts) =
             w.searcher.run(&self.options, &w.plan, problem, &mut w.state, cost, &mut budget);
@@ -134,7 +137,12 @@ impl Solver {
             Some(bar) => cost < bar,
             None => w.terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
-        let stop = if success { crate::StopReason::Reached } else { outcome.stop };
+        let stop = match outcome.stop {
+            _ if success => StopReason::Reached,
+            // The cost is as good as nothing, and yet a term of next to no weight is not met.
+            StopReason::Reached => StopReason::Converged,
+            other => other,
+        };
         let mut obstacle = None;
         if success && self.options.cost_below.is_some() {
             // Nothing is in the way, and this is the hot path: limits are left to who asks for tolerances.
@@ -153,16 +161,10 @@ impl Solver {
 }
 
 /// The first term whose residual is not finite.
-fn invalid_term(plan: &Plan, problem: &Problem, state: &State) -> Invalid {
+fn invalid_term(plan: &Plan, state: &State) -> Invalid {
     let bad = plan.terms.iter().find(|t| t.parts.clone().any(|p| !state.squares[p].is_finite()));
     match bad {
-        Some(t) if problem.terms()[t.term].objective.motions().is_empty() => {
-            Invalid::Term(t.term, "gives a residual that is not finite")
-        }
-        Some(t) => Invalid::Term(
-            t.term,
-            "asks joints for something that their motion does not have, or is not finite",
-        ),
+        Some(t) => Invalid::Term(t.term, "gives a residual that is not finite"),
         None => Invalid::Pose("gives a cost that is not finite"),
     }
 }
@@ -171,10 +173,11 @@ fn report_terms(plan: &Plan, problem: &Problem, state: &mut State, terms: &mut V
     for t in &plan.terms {
         let term = &problem.terms()[t.term];
         let objective = &term.objective;
-        let lengths = |part: usize| (state.squares[part].sqrt(), plan.parts[part].unit);
-        let mut parts = t.parts.clone();
-        let (residual, unit) = parts.next().map_or((0.0, crate::Unit::Metres), lengths);
-        let second = parts.next().map(lengths);
+        let length =
+            |part: usize| PartReport { residual: state.squares[part].sqrt(), unit: plan.parts[part].unit };
+        let mut parts = t.parts.clone().map(length);
+        let first = parts.next().unwrap_or(PartReport { residual: 0.0, unit: Unit::Metres });
+        let others = PartReports::new(parts);
         let mut cost = 0.0;
         let mut satisfied = true;
         for part in t.parts.clone() {
@@ -185,14 +188,14 @@ fn report_terms(plan: &Plan, problem: &Problem, state: &mut State, terms: &mut V
             if t.nodes.is_empty() { None } else { objective.warning(&Inputs { frames: state.frames_of(t) }) };
         terms.push(TermReport {
             kind: objective.kind(),
-            joint: objective.joints().first().or(objective.motions().first()).copied(),
+            joint: objective.joints().first().or(joints_read(&**objective).first()).copied(),
             weight: term.weight,
-            residual,
-            unit,
-            second,
+            residual: first.residual,
+            unit: first.unit,
+            others,
             cost,
             satisfied,
-            mandatory: term.mandatory,
+            mandatory: term.counts(),
             warning,
         });
     }

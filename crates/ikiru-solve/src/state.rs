@@ -2,9 +2,9 @@
 
 use ikiru_rig::{Frame, JointId, Motion, Pose, Vec3, kinematics, project_joint, retract_joint};
 
-use crate::objective::{Inputs, Rows, Scratch};
-use crate::plan::{NONE, Node, Plan};
-use crate::problem::Terms;
+use crate::objective::{Inputs, JointRows, Rows, Scratch};
+use crate::plan::{NONE, Node, Plan, TermPlan, n_translations};
+use crate::problem::{Terms, Tolerance};
 
 /// Everything that changes while a problem is solved.
 #[derive(Clone, Debug, Default)]
@@ -29,19 +29,19 @@ pub(crate) struct State {
     pub(crate) scaled: Vec<f64>,
     /// The derivative of `scaled` by the degrees of freedom, as [`Plan::spans`] says.
     pub(crate) jacobian: Vec<f64>,
-    /// Half the gradient and the curvature of the terms that read motions.
-    pub(crate) motion_gradient: Vec<f64>,
-    pub(crate) motion_curvature: Vec<f64>,
+    /// Half the gradient and the curvature of joint rows.
+    pub(crate) joint_gradient: Vec<f64>,
+    pub(crate) joint_curvature: Vec<f64>,
     gathered: Vec<Frame<f64>>,
     term_jacobian: Vec<f64>,
-    motion_residual: [f64; 6],
-    motion_jacobian: Vec<f64>,
+    joint_residual: [f64; 6],
+    joint_jacobian: Vec<f64>,
     scratch: Scratch,
 }
 
 impl State {
     pub(crate) fn new(plan: &Plan) -> Self {
-        let most = |f: &dyn Fn(&crate::plan::TermPlan) -> usize| plan.terms.iter().map(f).max().unwrap_or(0);
+        let most = |f: &dyn Fn(&TermPlan) -> usize| plan.terms.iter().map(f).max().unwrap_or(0);
         let identity = Frame::identity();
         let most_rows = most(&|t| t.rows.len());
         Self {
@@ -56,12 +56,12 @@ impl State {
             weights: vec![0.0; plan.parts.len()],
             scaled: vec![0.0; plan.n_rows],
             jacobian: vec![0.0; plan.n_jacobian],
-            motion_gradient: vec![0.0; plan.n_dofs],
-            motion_curvature: vec![0.0; plan.n_dofs],
+            joint_gradient: vec![0.0; plan.n_dofs],
+            joint_curvature: vec![0.0; plan.n_dofs],
             gathered: vec![identity; most(&|t| t.nodes.len())],
             term_jacobian: vec![0.0; most(&|t| t.nodes.len() * t.rows.len() * 6)],
-            motion_residual: [0.0; 6],
-            motion_jacobian: vec![0.0; 36],
+            joint_residual: [0.0; 6],
+            joint_jacobian: vec![0.0; 36],
             scratch: Scratch {
                 frames: Vec::with_capacity(most(&|t| t.nodes.len())),
                 residual: Vec::with_capacity(most_rows),
@@ -208,7 +208,6 @@ impl State {
         for t in plan.terms.iter().filter(|t| terms.is_on(t.term)) {
             let (weight, objective) = (terms.weight(t.term), terms.objective(t.term));
             let loss = objective.loss();
-            let mut part = t.parts.start;
             if !t.rows.is_empty() {
                 let residual = &mut self.residual[t.rows.clone()];
                 let gathered = &mut self.gathered[..t.nodes.len()];
@@ -220,26 +219,33 @@ impl State {
                     &mut Rows::new(residual, &mut [], &mut self.scratch),
                 );
                 let mut rest: &[f64] = residual;
-                while part < t.parts.end - usize::from(t.has_motion_part) {
+                for part in t.frame_parts() {
                     let (rows, others) = rest.split_at(plan.parts[part].n_rows);
                     let square = rows.iter().map(|r| r * r).sum::<f64>();
                     self.squares[part] = square;
                     cost += weight * loss.cost(square);
                     rest = others;
-                    part += 1;
                 }
             }
-            if t.has_motion_part {
-                let part = t.parts.end - 1;
-                let mut square = 0.0;
-                for (idx, m) in t.motions.iter().enumerate() {
-                    let residual = &mut self.motion_residual[..m.n_rows];
-                    let coords = &self.coords[m.coord..m.coord + m.n_coords];
-                    objective.evaluate_motion(idx, &m.motion, coords, residual, None);
-                    square += residual.iter().map(|r| r * r).sum::<f64>();
+            if !t.joint_reads.is_empty()
+                && let Some(rows) = objective.joint_rows()
+            {
+                self.squares[t.joint_parts()].fill(0.0);
+                for (idx, read) in t.joint_reads.iter().enumerate() {
+                    let residual = &mut self.joint_residual[..read.n_rows];
+                    residual.fill(0.0);
+                    let coords = &self.coords[read.coord..read.coord + read.n_coords];
+                    rows.evaluate(idx, &read.motion, coords, residual, None);
+                    let (slides, turns) = residual.split_at(read.n_translations);
+                    for (part, rows) in [(t.turn_part, turns), (t.slide_part, slides)] {
+                        if !rows.is_empty() {
+                            self.squares[part] += rows.iter().map(|r| r * r).sum::<f64>();
+                        }
+                    }
                 }
-                self.squares[part] = square;
-                cost += weight * loss.cost(square);
+                for part in t.joint_parts() {
+                    cost += weight * loss.cost(self.squares[part]);
+                }
             }
         }
         if cost.is_nan() { f64::INFINITY } else { cost }
@@ -249,8 +255,8 @@ impl State {
     /// of their weight `λ · ρ'` (by 1 where `plain`).
     pub(crate) fn linearize(&mut self, plan: &Plan, terms: &impl Terms, plain: bool) {
         self.jacobian.fill(0.0);
-        self.motion_gradient.fill(0.0);
-        self.motion_curvature.fill(0.0);
+        self.joint_gradient.fill(0.0);
+        self.joint_curvature.fill(0.0);
         for t in plan.terms.iter().filter(|t| terms.is_on(t.term)) {
             let (weight, loss) = (terms.weight(t.term), terms.objective(t.term).loss());
             for part in t.parts.clone() {
@@ -259,13 +265,15 @@ impl State {
             if !t.rows.is_empty() {
                 self.linearize_frames(plan, terms, t);
             }
-            if t.has_motion_part {
-                self.linearize_motions(terms, t);
+            if !t.joint_reads.is_empty()
+                && let Some(rows) = terms.objective(t.term).joint_rows()
+            {
+                self.linearize_joints(rows, t);
             }
         }
     }
 
-    fn linearize_frames(&mut self, plan: &Plan, terms: &impl Terms, t: &crate::plan::TermPlan) {
+    fn linearize_frames(&mut self, plan: &Plan, terms: &impl Terms, t: &TermPlan) {
         let n_rows = t.rows.len();
         let gathered = &mut self.gathered[..t.nodes.len()];
         for (to, node) in gathered.iter_mut().zip(&t.nodes) {
@@ -277,7 +285,7 @@ impl State {
         let mut rows = Rows::new(scaled, jacobian, &mut self.scratch);
         terms.objective(t.term).evaluate(&Inputs { frames: gathered }, &mut rows);
         let mut first = 0;
-        for part in t.parts.start..t.parts.end - usize::from(t.has_motion_part) {
+        for part in t.frame_parts() {
             let (last, scale) = (first + plan.parts[part].n_rows, self.weights[part].sqrt());
             for row in first..last {
                 scaled[row] *= scale;
@@ -303,11 +311,7 @@ impl State {
                     let arm = p - self.frames[at as usize].origin;
                     let span = plan.spans[node.dof as usize];
                     let offset = span.start + t.rows.start - span.first;
-                    let n_translations = match node.motion {
-                        Motion::Slider { .. } => 1,
-                        Motion::Free { .. } => 3,
-                        _ => 0,
-                    };
+                    let n_translations = n_translations(&node.motion);
                     let (factor, stride) = match node.mimic {
                         Some((multiplier, _)) => (multiplier, 0),
                         None => (1.0, span.len),
@@ -326,39 +330,48 @@ impl State {
         }
     }
 
-    fn linearize_motions(&mut self, terms: &impl Terms, t: &crate::plan::TermPlan) {
-        let objective = terms.objective(t.term);
-        let weight = self.weights[t.parts.end - 1];
-        for (idx, m) in t.motions.iter().enumerate() {
-            let Some(dof) = m.dof else { continue };
-            let n = m.n_rows;
-            let residual = &mut self.motion_residual[..n];
-            let jacobian = &mut self.motion_jacobian[..n * n];
+    fn linearize_joints(&mut self, rows: &dyn JointRows, t: &TermPlan) {
+        for (idx, read) in t.joint_reads.iter().enumerate() {
+            let Some(dof) = read.dof else { continue };
+            let n = read.n_rows;
+            let residual = &mut self.joint_residual[..n];
+            let jacobian = &mut self.joint_jacobian[..n * n];
+            residual.fill(0.0);
             jacobian.fill(0.0);
-            let coords = &self.coords[m.coord..m.coord + m.n_coords];
-            objective.evaluate_motion(idx, &m.motion, coords, residual, Some(jacobian));
-            for k in 0..n {
-                let mut gradient = 0.0;
-                let mut curvature = 0.0;
-                for row in 0..n {
-                    gradient += jacobian[row * n + k] * residual[row];
-                    curvature += jacobian[row * n + k] * jacobian[row * n + k];
+            let coords = &self.coords[read.coord..read.coord + read.n_coords];
+            rows.evaluate(idx, &read.motion, coords, residual, Some(jacobian));
+            for (part, rows) in
+                [(t.slide_part, 0..read.n_translations), (t.turn_part, read.n_translations..n)]
+            {
+                if rows.is_empty() {
+                    continue;
                 }
-                self.motion_gradient[dof + k] += weight * gradient;
-                self.motion_curvature[dof + k] += weight * curvature;
+                let weight = self.weights[part];
+                for k in 0..n {
+                    let mut gradient = 0.0;
+                    let mut curvature = 0.0;
+                    for row in rows.clone() {
+                        gradient += jacobian[row * n + k] * residual[row];
+                        curvature += jacobian[row * n + k] * jacobian[row * n + k];
+                    }
+                    self.joint_gradient[dof + k] += weight * gradient;
+                    self.joint_curvature[dof + k] += weight * curvature;
+                }
             }
         }
         // The three directions of a ball share one curvature, the largest: a limit may mix them.
-        for m in &t.motions {
-            let (Some(dof), Motion::Ball { .. } | Motion::Free { .. }) = (m.dof, &m.motion) else { continue };
-            let turns = &mut self.motion_curvature[dof + m.n_rows - 3..dof + m.n_rows];
+        for read in &t.joint_reads {
+            let (Some(dof), Motion::Ball { .. } | Motion::Free { .. }) = (read.dof, &read.motion) else {
+                continue;
+            };
+            let turns = &mut self.joint_curvature[dof + read.n_rows - 3..dof + read.n_rows];
             let largest = turns.iter().fold(0.0, |a: f64, b| a.max(*b));
             turns.fill(largest);
         }
     }
 
     /// The frames that a term reads, as of the last evaluation.
-    pub(crate) fn frames_of(&mut self, t: &crate::plan::TermPlan) -> &[Frame<f64>] {
+    pub(crate) fn frames_of(&mut self, t: &TermPlan) -> &[Frame<f64>] {
         let gathered = &mut self.gathered[..t.nodes.len()];
         for (to, node) in gathered.iter_mut().zip(&t.nodes) {
             *to = self.frames[*node as usize];
@@ -370,11 +383,15 @@ impl State {
     pub(crate) fn is_satisfied(&self, plan: &Plan, problem: &crate::Problem) -> bool {
         plan.terms.iter().all(|t| {
             let term = &problem.terms()[t.term];
-            !term.mandatory
-                || t.parts.clone().all(|part| {
-                    let tolerance = term.tolerance.of(plan.parts[part].unit);
-                    self.squares[part] <= tolerance * tolerance
-                })
+            !term.counts() || self.is_within(plan, t, &term.tolerance)
+        })
+    }
+
+    /// Whether every part of a term is within a tolerance, as of the last evaluation.
+    pub(crate) fn is_within(&self, plan: &Plan, t: &TermPlan, tolerance: &Tolerance) -> bool {
+        t.parts.clone().all(|part| {
+            let tolerance = tolerance.of(plan.parts[part].unit);
+            self.squares[part] <= tolerance * tolerance
         })
     }
 }

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::args::{MotionFormat, PlanArgs};
 use crate::failure::{Failure, Outcome};
-use crate::{output, report};
+use crate::{json, output, report};
 
 /// What is said of an objective besides its figures.
 struct Label {
@@ -102,10 +102,7 @@ fn described(
                 "from": term.from_secs,
                 "to": term.to_secs,
             });
-            if let Some((residual, unit)) = term.second {
-                objective["second_residual"] = json!(residual);
-                objective["second_unit"] = json!(unit.symbol());
-            }
+            json::add_other_parts(&mut objective, &term.others);
             objective
         })
         .collect();

@@ -95,8 +95,8 @@ impl Judge {
                     at_secs: *secs,
                     residual: term.residual,
                     unit: term.unit.symbol(),
-                    second_residual: term.second.map(|(residual, _)| residual),
-                    second_unit: term.second.map(|(_, unit)| unit.symbol()),
+                    second_residual: term.others.first().map(|part| part.residual),
+                    second_unit: term.others.first().map(|part| part.unit.symbol()),
                 }));
             }
         }

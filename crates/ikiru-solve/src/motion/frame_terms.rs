@@ -4,23 +4,28 @@ use crate::motion::problem::MotionProblem;
 use crate::objective::Objective;
 use crate::problem::Terms;
 
-/// The terms that hold at one frame.
+/// The terms that hold at one frame: those that are wanted of it, or those that given frames settle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameTerms<'a> {
     motion: &'a MotionProblem,
     frame: usize,
+    settled: bool,
 }
 
 impl<'a> FrameTerms<'a> {
-    pub(crate) fn new(motion: &'a MotionProblem, frame: usize) -> Self {
-        Self { motion, frame }
+    pub(crate) fn wanted(motion: &'a MotionProblem, frame: usize) -> Self {
+        Self { motion, frame, settled: false }
+    }
+
+    pub(crate) fn settled(motion: &'a MotionProblem, frame: usize) -> Self {
+        Self { motion, frame, settled: true }
     }
 }
 
 impl Terms for FrameTerms<'_> {
     #[inline]
     fn is_on(&self, term: usize) -> bool {
-        self.motion.wants(term, self.frame)
+        if self.settled { self.motion.settles(term, self.frame) } else { self.motion.wants(term, self.frame) }
     }
     #[inline]
     fn weight(&self, term: usize) -> f64 {

@@ -63,11 +63,16 @@ impl Run<'_> {
         if self.exceeded_now().is_empty() {
             return outcome;
         }
+        if outcome.stop == StopReason::TimeBudget {
+            // No time to be led within the limits: what is known to keep them comes back.
+            let keeps = self.retreat();
+            return self.end_limited(keeps, outcome.stop, false);
+        }
         let is_rate_bound = self.succeeded(&outcome);
         let weights: f64 = self.motion.terms().terms().iter().map(|term| term.weight).sum();
         let first = outcome.cost.max(LEAST_PENALTY * cost.max(weights));
         let n = self.plan.n_dofs;
-        let to_the_end = Bar { cost_below: None, impatient: false };
+        let to_the_end = Bar { cost_below: None, impatient: false, ..*bar };
         self.state.rate_bounds.begin(first);
         let mut damping = FIRST_DAMPING;
         let (mut worst, mut before) = (f64::INFINITY, f64::INFINITY);
@@ -109,19 +114,20 @@ impl Run<'_> {
                 self.state.coords.copy_from_slice(&coords);
                 true
             }
-            None => self.retreat(),
+            None => self.exceeded_now().is_empty() || self.retreat(),
         };
+        self.end_limited(keeps, outcome.stop, is_rate_bound)
+    }
+
+    fn end_limited(&mut self, keeps: bool, stop: StopReason, is_rate_bound: bool) -> Outcome {
         let cost = self.state.evaluate(&self.plan, self.motion);
-        Outcome { cost: if keeps { cost } else { f64::INFINITY }, stop: outcome.stop, is_rate_bound }
+        Outcome { cost: if keeps { cost } else { f64::INFINITY }, stop, is_rate_bound }
     }
 
     /// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates: the straight
     /// way between what is given, or standing still. False where that does not keep them either; the motion is
-    /// then left alone.
+    /// then left alone. A budget that has run out leaves no time to look for the least way back.
     fn retreat(&mut self) -> bool {
-        if self.exceeded_now().is_empty() {
-            return true;
-        }
         let reached = self.state.coords.clone();
         self.go_straight();
         if !self.exceeded_now().is_empty() {
@@ -129,6 +135,9 @@ impl Run<'_> {
             return false;
         }
         let safe = self.state.coords.clone();
+        if self.budget.is_late() {
+            return true;
+        }
         let (mut kept, mut part) = (0.0, 0.5);
         for halving in 0..HALVINGS {
             if self.budget.is_late() {

@@ -91,6 +91,8 @@ pub(super) struct Run<'a> {
     pub(super) state: MotionState,
     pub(super) workspace: &'a mut MotionWorkspace,
     pub(super) budget: Budget,
+    /// What the terms cost that given frames settle.
+    settled_cost: f64,
 }
 
 /// The first pose of a clip.
@@ -150,34 +152,28 @@ impl<'a> Run<'a> {
         workspace.first_try.clone_from(&state.coords);
         workspace.start.clone_from(&state.coords);
         workspace.best.clone_from(&state.coords);
-        Ok(Self { solver, motion, still, guess, plan, state, workspace, budget })
+        Ok(Self { solver, motion, still, guess, plan, state, workspace, budget, settled_cost: 0.0 })
     }
 
     fn plan(&mut self) -> PlannedMotion {
+        self.settled_cost = self.state.settled_cost(&self.plan, self.motion);
         let cost = self.state.evaluate(&self.plan, self.motion);
-        if !cost.is_finite() {
+        if !(cost + self.settled_cost).is_finite() {
             let invalid = match self.state.not_finite(&self.plan, self.motion) {
-                Some(term) if self.motion.terms().terms()[term].objective.motions().is_empty() => {
-                    Invalid::Term(term, "gives a residual that is not finite at one of its frames")
-                }
-                Some(term) => Invalid::Term(
-                    term,
-                    "asks joints for something that their motion does not have, or is not finite",
-                ),
+                Some(term) => Invalid::Term(term, "gives a residual that is not finite at one of its frames"),
                 None => Invalid::Pose("gives a cost that is not finite"),
             };
             return self.refuse(invalid);
         }
         if self.solver.options().cost_below.is_none() {
-            let settled = |term: usize| self.motion.is_settled(term);
-            if let Some(term) = self.state.unsatisfied(&self.plan, self.motion, settled) {
+            if let Some(term) = self.state.conflict(&self.plan, self.motion) {
                 let conflict = "holds at given frames alone, and their poses do not meet it: \
                     give it another time, or leave those frames free";
                 return self.refuse(Invalid::Term(term, conflict));
             }
         }
         let (outcome, restarts) = self.search(cost);
-        let cost = self.state.evaluate(&self.plan, self.motion);
+        let cost = self.settled_cost + self.state.evaluate(&self.plan, self.motion);
         let (smoothness, spacing) = (self.state.smoothness_cost, self.state.spacing_cost);
         let mut terms = report_terms(&self.plan, self.motion, &mut self.state);
         let within = match self.solver.options().cost_below {
@@ -238,7 +234,7 @@ impl<'a> Run<'a> {
             Search::Local => 0,
             Search::Global { max_restarts } => max_restarts,
         };
-        let mut bar = Bar { cost_below: options.cost_below, impatient: max_restarts > 0 };
+        let mut bar = Bar::new(self.cost_below(), self.motion.terms(), max_restarts > 0);
         let mut best = self.run_once(cost, &bar);
         let mut success = self.succeeded(&best);
         if max_restarts == 0 || success {
@@ -277,8 +273,13 @@ impl<'a> Run<'a> {
         (best, restarts)
     }
 
+    /// The cost that is to be undercut by what is not settled.
+    fn cost_below(&self) -> Option<f64> {
+        self.solver.options().cost_below.map(|bar| bar - self.settled_cost)
+    }
+
     pub(super) fn succeeded(&mut self, outcome: &Outcome) -> bool {
-        match self.solver.options().cost_below {
+        match self.cost_below() {
             Some(bar) => outcome.cost < bar,
             None => outcome.cost.is_finite() && self.state.is_satisfied(&self.plan, self.motion),
         }

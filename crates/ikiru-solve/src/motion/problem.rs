@@ -9,7 +9,8 @@ use crate::motion::frame_terms::FrameTerms;
 use crate::motion::timeline::Timeline;
 use crate::motion::when::When;
 use crate::objective::Objective;
-use crate::problem::{Problem, TermId, Tolerance};
+use crate::plan::joints_read;
+use crate::problem::{Problem, TermId, Tolerance, check_objective};
 
 /// Where a term holds, and its objectives where they move.
 #[derive(Debug)]
@@ -344,15 +345,19 @@ impl MotionProblem {
     }
 
     /// Whether a term wants something of a frame: it does at its frames but for those that are given, where there is
-    /// nothing to plan; if it has no others, at those.
+    /// nothing to plan.
     pub(crate) fn wants(&self, term: usize, frame: usize) -> bool {
-        let frames = &self.tracks[term].frames;
-        frames.contains(&frame) && (self.given(frame).is_none() || self.is_settled(term))
+        self.tracks[term].frames.contains(&frame) && self.given(frame).is_none()
     }
 
-    /// Whether all frames of a term are given.
+    /// Whether all frames of a term are given: what it costs is then a constant of the motion.
     pub(crate) fn is_settled(&self, term: usize) -> bool {
         self.tracks[term].frames.clone().all(|frame| self.given(frame).is_some())
+    }
+
+    /// Whether a settled term holds at a frame.
+    pub(crate) fn settles(&self, term: usize, frame: usize) -> bool {
+        self.tracks[term].frames.contains(&frame) && self.is_settled(term)
     }
 
     /// Active joints that the given frames lead from one place to another, whether or not a term reads them.
@@ -403,20 +408,25 @@ impl MotionProblem {
         self.base.check()?;
         for (idx, track) in self.tracks.iter().enumerate() {
             for objective in &track.moving {
-                objective.check().map_err(|reason| (idx, reason))?;
+                check_objective(self.rig(), &**objective).map_err(|reason| (idx, reason))?;
             }
         }
         Ok(())
     }
 
-    /// The terms of one frame.
+    /// The terms that a plan can still do something for at one frame.
     pub(crate) fn at(&self, frame: usize) -> FrameTerms<'_> {
-        FrameTerms::new(self, frame)
+        FrameTerms::wanted(self, frame)
+    }
+
+    /// The settled terms of one frame.
+    pub(crate) fn settled_at(&self, frame: usize) -> FrameTerms<'_> {
+        FrameTerms::settled(self, frame)
     }
 }
 
 fn reads_the_same(a: &dyn Objective, b: &dyn Objective) -> bool {
-    a.joints() == b.joints() && a.motions() == b.motions() && a.parts() == b.parts()
+    a.joints() == b.joints() && joints_read(a) == joints_read(b) && a.parts() == b.parts()
 }
 
 fn check_weights(weights: [f64; 3]) -> Result<(), MotionError> {

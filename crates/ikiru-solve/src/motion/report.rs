@@ -5,9 +5,9 @@ use ikiru_rig::{JointId, RateExcess};
 use crate::motion::problem::MotionProblem;
 use crate::motion::state::MotionState;
 use crate::objective::Unit;
-use crate::plan::Plan;
+use crate::plan::{Plan, joints_read};
 use crate::problem::Terms;
-use crate::report::{Invalid, StopReason};
+use crate::report::{Invalid, PartReport, PartReports, StopReason};
 
 /// One term over all the frames at which it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +28,8 @@ pub struct MotionTermReport {
     pub unit: Unit,
     /// When that is, seconds.
     pub worst_secs: f64,
-    /// The longest residual of the second part and its unit, for objectives that have two.
-    pub second: Option<(f64, Unit)>,
+    /// The longest residuals of its other parts, for objectives that have more than one.
+    pub others: PartReports,
     /// What the term adds to the cost, over all its frames.
     pub cost: f64,
     /// Whether every part is within its tolerance at every frame.
@@ -98,43 +98,40 @@ pub(crate) fn report_terms(
             let (term, frames) = (&motion.terms().terms()[t.term], &motion.tracks()[t.term].frames);
             let objective = &term.objective;
             let unit = |part: usize| plan.parts.get(part).map_or(Unit::Metres, |p| p.unit);
-            let n_parts = t.parts.len();
+            let others = t.parts.clone().skip(1).map(|part| PartReport { residual: 0.0, unit: unit(part) });
             MotionTermReport {
                 kind: objective.kind(),
-                joint: objective.joints().first().or(objective.motions().first()).copied(),
+                joint: objective.joints().first().or(joints_read(&**objective).first()).copied(),
                 weight: term.weight,
                 from_secs: timeline.time(frames.start),
                 to_secs: timeline.time(frames.end - 1),
                 residual: 0.0,
                 unit: unit(t.parts.start),
                 worst_secs: timeline.time(frames.start),
-                second: (n_parts > 1).then(|| (0.0, unit(t.parts.start + 1))),
+                others: PartReports::new(others),
                 cost: 0.0,
                 satisfied: true,
-                mandatory: term.mandatory,
+                mandatory: term.counts(),
             }
         })
         .collect();
-    for i in 0..state.keyed.len() {
-        let frame = state.keyed[i];
-        state.evaluate_frame(plan, motion, frame);
-        let terms = motion.at(frame);
+    state.visit(plan, motion, |state, terms, frame| {
         for (t, report) in plan.terms.iter().zip(&mut reports).filter(|(t, _)| terms.is_on(t.term)) {
             let loss = terms.objective(t.term).loss();
             for (idx, part) in t.parts.clone().enumerate() {
-                let length = state.frame.squares[part].sqrt();
-                report.cost += report.weight * loss.cost(state.frame.squares[part]);
+                let length = state.squares[part].sqrt();
+                report.cost += report.weight * loss.cost(state.squares[part]);
                 let tolerance = motion.terms().terms()[t.term].tolerance.of(plan.parts[part].unit);
                 report.satisfied &= length <= tolerance;
-                match (idx, &mut report.second) {
-                    (0, _) if length > report.residual => {
-                        (report.residual, report.worst_secs) = (length, timeline.time(frame));
-                    }
-                    (1, Some(second)) => second.0 = second.0.max(length),
-                    _ => {}
+                if idx > 0 {
+                    let other = &mut report.others[idx - 1].residual;
+                    *other = other.max(length);
+                } else if length > report.residual {
+                    (report.residual, report.worst_secs) = (length, timeline.time(frame));
                 }
             }
         }
-    }
+        true
+    });
     reports
 }

@@ -2,6 +2,7 @@
 
 use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
 
+use crate::motion::frame_terms::FrameTerms;
 use crate::motion::problem::MotionProblem;
 use crate::motion::rate_bounds::RateBounds;
 use crate::motion::rows::{Block, FrameRows, RowPart};
@@ -19,14 +20,16 @@ pub(crate) struct MotionState {
     pub(crate) coords: Vec<f64>,
     /// Whether a frame is given.
     pub(crate) is_given: Vec<bool>,
-    /// Frames at which a term holds, and runs of them that follow each other.
+    /// Frames of which a term wants something, in order.
     pub(crate) keyed: Vec<usize>,
+    /// Frames at which terms hold that given frames settle.
+    settled: Vec<usize>,
     pub(crate) rows: FrameRows,
-    /// Half the gradient of the terms that read motions, of smoothness, spacing and limits on rates, by the tangents of all frames.
+    /// Half the gradient of the joint rows, of smoothness, spacing and limits on rates, by the tangents of all frames.
     pub(crate) gradient: Vec<f64>,
-    /// The curvature of the terms that read motions.
+    /// The curvature of the joint rows.
     pub(crate) curvature: Vec<f64>,
-    /// What of the cost is not in rows: terms that read motions, smoothness, even spacing, and limits
+    /// What of the cost is not in rows: joint rows, smoothness, even spacing, and limits
     /// on speed and acceleration.
     pub(crate) cost_beside_rows: f64,
     pub(crate) smoothness: Smoothness,
@@ -49,11 +52,13 @@ impl MotionState {
             plan.movers.iter().flat_map(|m| vec![motion.smoothness_of(m.joint); m.n_dofs]).collect();
         let n_terms = motion.tracks().len();
         let keyed = (0..n_frames).filter(|t| (0..n_terms).any(|term| motion.wants(term, *t)));
+        let settled = (0..n_frames).filter(|t| (0..n_terms).any(|term| motion.settles(term, *t)));
         Self {
             n_frames,
             coords: vec![0.0; plan.n_coords * n_frames],
             is_given: (0..n_frames).map(|t| motion.given(t).is_some()).collect(),
             keyed: keyed.collect(),
+            settled: settled.collect(),
             rows: FrameRows::new(plan),
             gradient: vec![0.0; n],
             curvature: vec![0.0; n],
@@ -95,16 +100,53 @@ impl MotionState {
         self.evaluated = None;
     }
 
-    /// Evaluates the terms of one frame; the answer is their cost.
-    pub(crate) fn evaluate_frame(&mut self, plan: &Plan, motion: &MotionProblem, t: usize) -> f64 {
+    /// Evaluates what is wanted of one frame; the answer is its cost.
+    fn evaluate_frame(&mut self, plan: &Plan, motion: &MotionProblem, t: usize) -> f64 {
         self.enter(plan, t);
         let cost = self.frame.evaluate(plan, &motion.at(t));
         self.evaluated = Some(t);
         cost
     }
 
-    /// The cost of the whole motion, with that of limits on rates while they are [on](RateBounds::begin); infinite
-    /// where it is not a number.
+    /// The cost of the terms that given frames settle. It is a constant of the motion, which [`evaluate`](Self::evaluate)
+    /// leaves out: what no step can change must not say how much a step is worth.
+    pub(crate) fn settled_cost(&mut self, plan: &Plan, motion: &MotionProblem) -> f64 {
+        let mut cost = 0.0;
+        for i in 0..self.settled.len() {
+            let t = self.settled[i];
+            self.enter(plan, t);
+            cost += self.frame.evaluate(plan, &motion.settled_at(t));
+        }
+        cost
+    }
+
+    /// Evaluates one frame after the other at which terms hold, and shows each with its terms: what is wanted of it,
+    /// or what is settled there. Ends early where `see` says false.
+    pub(crate) fn visit(
+        &mut self,
+        plan: &Plan,
+        motion: &MotionProblem,
+        mut see: impl FnMut(&State, &FrameTerms<'_>, usize) -> bool,
+    ) {
+        let n_keyed = self.keyed.len();
+        for i in 0..n_keyed + self.settled.len() {
+            let (t, terms) = if i < n_keyed {
+                let t = self.keyed[i];
+                (t, motion.at(t))
+            } else {
+                let t = self.settled[i - n_keyed];
+                (t, motion.settled_at(t))
+            };
+            self.enter(plan, t);
+            self.frame.evaluate(plan, &terms);
+            if !see(&self.frame, &terms, t) {
+                return;
+            }
+        }
+    }
+
+    /// The cost of the whole motion but for what is [settled](Self::settled_cost), with that of limits on rates while
+    /// they are [on](RateBounds::begin); infinite where it is not a number.
     pub(crate) fn evaluate(&mut self, plan: &Plan, motion: &MotionProblem) -> f64 {
         let mut cost = 0.0;
         for i in 0..self.keyed.len() {
@@ -141,8 +183,8 @@ impl MotionState {
             let terms = motion.at(t);
             self.frame.linearize(plan, &terms, false);
             for k in 0..n {
-                self.gradient[t * n + k] += self.frame.motion_gradient[k];
-                self.curvature[t * n + k] += self.frame.motion_curvature[k];
+                self.gradient[t * n + k] += self.frame.joint_gradient[k];
+                self.curvature[t * n + k] += self.frame.joint_curvature[k];
             }
             self.push_rows(plan, &terms, t);
         }
@@ -156,7 +198,7 @@ impl MotionState {
             let mut row = term.rows.start;
             for part in term.parts.clone() {
                 let scale = self.frame.weights[part];
-                if term.has_motion_part && part + 1 == term.parts.end {
+                if part >= term.joint_parts().start {
                     self.cost_beside_rows += weight * loss.cost(self.frame.squares[part]);
                     continue;
                 }
@@ -190,7 +232,7 @@ impl MotionState {
             let terms = motion.at(t);
             for term in plan.terms.iter().filter(|term| terms.is_on(term.term)) {
                 let mut row = term.rows.start;
-                for part in term.parts.start..term.parts.end - usize::from(term.has_motion_part) {
+                for part in term.frame_parts() {
                     let scale = self.rows.parts[part_idx].weight.sqrt();
                     let n_rows = plan.parts[part].n_rows;
                     residual.extend(self.frame.residual[row..row + n_rows].iter().map(|r| r * scale));
@@ -243,48 +285,43 @@ impl MotionState {
         self.evaluated = None;
     }
 
-    /// Whether every mandatory term is within its tolerance at each of its frames.
+    /// Whether every mandatory term is within its tolerance at each of the frames of which it wants something.
     pub(crate) fn is_satisfied(&mut self, plan: &Plan, motion: &MotionProblem) -> bool {
-        self.unsatisfied(plan, motion, |_| true).is_none()
+        self.unsatisfied(plan, motion, |term| !motion.is_settled(term)).is_none()
+    }
+
+    /// The first mandatory term that given frames settle and do not meet.
+    pub(crate) fn conflict(&mut self, plan: &Plan, motion: &MotionProblem) -> Option<usize> {
+        self.unsatisfied(plan, motion, |term| motion.is_settled(term))
     }
 
     /// The first mandatory term of some that is not within its tolerance at one of its frames.
-    pub(crate) fn unsatisfied(
+    fn unsatisfied(
         &mut self,
         plan: &Plan,
         motion: &MotionProblem,
         is_meant: impl Fn(usize) -> bool,
     ) -> Option<usize> {
-        for i in 0..self.keyed.len() {
-            let t = self.keyed[i];
-            self.evaluate_frame(plan, motion, t);
-            let terms = motion.at(t);
-            for term in plan.terms.iter().filter(|term| is_meant(term.term) && terms.is_on(term.term)) {
-                let data = &motion.terms().terms()[term.term];
-                let is_met = term.parts.clone().all(|part| {
-                    let tolerance = data.tolerance.of(plan.parts[part].unit);
-                    self.frame.squares[part] <= tolerance * tolerance
-                });
-                if data.mandatory && !is_met {
-                    return Some(term.term);
-                }
-            }
-        }
-        None
+        let mut unmet = None;
+        self.visit(plan, motion, |frame, terms, _| {
+            let mut on = plan.terms.iter().filter(|t| is_meant(t.term) && terms.is_on(t.term));
+            unmet = on.find(|t| {
+                let data = &motion.terms().terms()[t.term];
+                data.counts() && !frame.is_within(plan, t, &data.tolerance)
+            });
+            unmet.is_none()
+        });
+        unmet.map(|t| t.term)
     }
 
     /// The first term whose residual is not finite at one of its frames.
     pub(crate) fn not_finite(&mut self, plan: &Plan, motion: &MotionProblem) -> Option<usize> {
-        for i in 0..self.keyed.len() {
-            let t = self.keyed[i];
-            self.evaluate_frame(plan, motion, t);
-            let terms = motion.at(t);
-            let is_bad = |part: usize| !self.frame.squares[part].is_finite();
-            let mut on = plan.terms.iter().filter(|term| terms.is_on(term.term));
-            if let Some(term) = on.find(|term| term.parts.clone().any(is_bad)) {
-                return Some(term.term);
-            }
-        }
-        None
+        let mut bad = None;
+        self.visit(plan, motion, |frame, terms, _| {
+            let mut on = plan.terms.iter().filter(|t| terms.is_on(t.term));
+            bad = on.find(|t| t.parts.clone().any(|part| !frame.squares[part].is_finite()));
+            bad.is_none()
+        });
+        bad.map(|t| t.term)
     }
 }

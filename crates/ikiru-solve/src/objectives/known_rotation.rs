@@ -1,9 +1,9 @@
 //! Known rotation: joints at given angles or rotations (the paper's equation 18).
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{JointId, Motion, rotation_vector};
+use ikiru_rig::{JointId, Motion, Rig, rotation_vector};
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows};
+use crate::objective::{Inputs, JointRows, Loss, Objective, Part, Rows};
 use crate::objectives::angles::inverse_right_jacobian;
 use crate::objectives::orientation::check_rotation;
 
@@ -44,10 +44,9 @@ impl KnownRotation {
         }
     }
 
-    /// What the joints should do.
-    #[must_use]
-    pub fn angles(&self) -> &[JointAngles] {
-        &self.angles
+    /// The joints, and what they should do.
+    pub fn targets(&self) -> impl ExactSizeIterator<Item = (JointId, JointAngles)> + '_ {
+        self.joints.iter().copied().zip(self.angles.iter().copied())
     }
 }
 
@@ -79,11 +78,36 @@ impl Objective for KnownRotation {
 
     fn evaluate(&self, _: &Inputs<'_>, _: &mut Rows<'_>) {}
 
-    fn motions(&self) -> &[JointId] {
+    fn joint_rows(&self) -> Option<&dyn JointRows> {
+        Some(self)
+    }
+}
+
+impl JointRows for KnownRotation {
+    fn joints(&self) -> &[JointId] {
         &self.joints
     }
 
-    fn evaluate_motion(
+    fn check(&self, rig: &Rig) -> Result<(), &'static str> {
+        let fits = |(joint, angles): (&JointId, &JointAngles)| {
+            let motion = rig.get(*joint).map(|joint| joint.motion);
+            matches!(
+                (angles, motion),
+                (JointAngles::Rotation(_), Some(Motion::Ball { .. } | Motion::Free { .. }))
+                    | (JointAngles::Euler(_), Some(Motion::Euler { .. }))
+                    | (JointAngles::Value(_), Some(Motion::Hinge { .. } | Motion::Slider { .. }))
+            )
+        };
+        if self.joints.iter().zip(&self.angles).all(fits) {
+            return Ok(());
+        }
+        Err(
+            "gives a joint what its motion does not have: a ball and a free joint take a rotation, an Euler joint \
+             three angles, a hinge or slider one value",
+        )
+    }
+
+    fn evaluate(
         &self,
         idx: usize,
         motion: &Motion,
@@ -91,7 +115,6 @@ impl Objective for KnownRotation {
         residual: &mut [f64],
         mut derivative: Option<&mut [f64]>,
     ) {
-        residual.fill(0.0);
         let scale = 1.0 / (self.joints.len() as f64).sqrt();
         let n = residual.len();
         let mut row = |i: usize, difference: f64, residual: &mut [f64]| {
@@ -118,7 +141,7 @@ impl Objective for KnownRotation {
             (JointAngles::Rotation(target), Motion::Free { .. }) => {
                 turn_residual(target, &coords[3..], scale, residual, derivative, 3);
             }
-            _ => residual.fill(f64::NAN), // refused when the solve starts, as a residual that is not finite
+            _ => {} // refused when the solve starts
         }
     }
 }

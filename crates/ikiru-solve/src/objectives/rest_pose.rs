@@ -1,9 +1,9 @@
 //! Rest pose: a gentle pull of every joint towards a given pose.
 
 use glam::DQuat;
-use ikiru_rig::{JointId, Motion, Pose, difference_joint};
+use ikiru_rig::{JointId, Motion, Pose, Rig, difference_joint};
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows};
+use crate::objective::{Inputs, JointRows, Loss, Objective, Part, Rows};
 use crate::objectives::known_rotation::turn_residual;
 
 /// Pulls joints towards a pose: what decides between the many poses that reach a target.
@@ -64,11 +64,30 @@ impl Objective for RestPose {
         false
     }
 
-    fn motions(&self) -> &[JointId] {
+    fn joint_rows(&self) -> Option<&dyn JointRows> {
+        Some(self)
+    }
+}
+
+impl JointRows for RestPose {
+    fn joints(&self) -> &[JointId] {
         &self.joints
     }
 
-    fn evaluate_motion(
+    fn check(&self, rig: &Rig) -> Result<(), &'static str> {
+        let own = self.pose.rig();
+        let is_same = |joint: &JointId| {
+            let kind = |rig: &Rig| rig.get(*joint).map(|joint| std::mem::discriminant(&joint.motion));
+            kind(own) == kind(rig) && own.coords_of(*joint) == rig.coords_of(*joint)
+        };
+        if self.joints.iter().all(is_same) {
+            Ok(())
+        } else {
+            Err("has a pose of another rig than the problem")
+        }
+    }
+
+    fn evaluate(
         &self,
         idx: usize,
         motion: &Motion,
@@ -80,8 +99,7 @@ impl Objective for RestPose {
         let at = self.pose.rig().coords_of(self.joints[idx]);
         let n = residual.len();
         let Some(rest) = self.pose.coords().get(at).filter(|rest| rest.len() == coords.len()) else {
-            residual.fill(f64::NAN); // a pose of another rig: refused as a residual that is not finite
-            return;
+            return; // a pose of another rig: refused when the solve starts
         };
         let translations = match motion {
             Motion::Ball { .. } => 0,

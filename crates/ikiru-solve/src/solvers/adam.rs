@@ -126,6 +126,6 @@ pub(crate) fn whole_gradient(plan: &Plan, state: &State, gradient: &mut [f64]) {
         let column = &state.jacobian[span.start..span.start + span.len];
         let rows = &state.scaled[span.first..span.first + span.len];
         let sum = column.iter().zip(rows).map(|(a, b)| a * b).sum::<f64>();
-        gradient[k] = 2.0 * (state.motion_gradient[k] + sum);
+        gradient[k] = 2.0 * (state.joint_gradient[k] + sum);
     }
 }

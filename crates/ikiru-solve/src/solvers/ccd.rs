@@ -101,7 +101,7 @@ impl Ccd {
         }
         let terms = problem.terms();
         self.effectors.len() == terms.len()
-            && terms.iter().all(|t| t.objective.parts().len() == 1 && t.objective.motions().is_empty())
+            && terms.iter().all(|t| t.objective.parts().len() == 1 && t.objective.joint_rows().is_none())
             && (terms.len() == 1 || terms.iter().all(|t| t.objective.loss() == Loss::Squared))
     }
 
@@ -211,7 +211,7 @@ impl Ccd {
         whole_gradient(plan, state, &mut self.gradient);
         let span = plan.spans[dof];
         let column = &state.jacobian[span.start..span.start + span.len];
-        let curvature = state.motion_curvature[dof] + column.iter().map(|a| a * a).sum::<f64>();
+        let curvature = state.joint_curvature[dof] + column.iter().map(|a| a * a).sum::<f64>();
         if curvature > 0.0 { -0.5 * self.gradient[dof] / curvature } else { 0.0 }
     }
 }

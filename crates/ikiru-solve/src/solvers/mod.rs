@@ -2,6 +2,7 @@
 
 pub(crate) mod adam;
 pub(crate) mod ccd;
+pub(crate) mod columns;
 pub(crate) mod fabrik;
 #[cfg(feature = "ipopt")]
 pub(crate) mod ipopt;

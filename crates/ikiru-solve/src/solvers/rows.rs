@@ -2,22 +2,100 @@
 //!
 //! Two shapes of the same thing: [`Dense`] for problems of few rows, whose count the compiler knows and whose
 //! loops it unrolls, and [`Sparse`] for all others, where each degree of freedom touches only the span of
-//! rows below its joint.
+//! rows below its joint. (Where rows are many times as many as degrees of freedom, [`Tall`] takes the other side.)
+//!
+//! [`Tall`]: crate::solvers::columns::Tall
 
 use crate::plan::{Plan, Span};
 
-/// A symmetric positive definite system over rows, built from columns of a Jacobian.
-pub(crate) trait RowSystem {
-    /// `A := 0`
-    fn clear(&mut self);
+/// The columns of a Jacobian: what each degree of freedom does to the rows.
+pub(crate) trait Columns {
     /// `v · j_k`
     fn dot(&self, k: usize, v: &[f64]) -> f64;
     /// `v += factor · j_k`
     fn add_column(&self, k: usize, factor: f64, v: &mut [f64]);
+}
+
+/// A symmetric positive definite system over rows, built from columns of a Jacobian.
+pub(crate) trait RowSystem: Columns {
+    /// `A := 0`
+    fn clear(&mut self);
     /// `A += factor · j_k j_kᵀ`
     fn add_outer(&mut self, k: usize, factor: f64);
     /// `x := (A + damping · I)⁻¹ x`; false where that is not positive definite. `A` stays as it is.
     fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool;
+}
+
+/// What a step is solved for: `min ‖J δ + r‖² + δᵀ D δ + 2 gᵀ δ` over the open degrees of freedom.
+pub(crate) struct OpenStep<'a> {
+    /// Which degrees of freedom are solved for.
+    pub(crate) open: &'a [bool],
+    /// `damping / D`, for each degree of freedom.
+    pub(crate) inverse: &'a [f64],
+    /// `g`, where there are joint rows.
+    pub(crate) own: Option<&'a [f64]>,
+    pub(crate) damping: f64,
+    /// `r`, with what the closed ones do to it.
+    pub(crate) residual: &'a [f64],
+}
+
+/// What solves for a step, over rows or over degrees of freedom.
+pub(crate) trait StepSystem: Columns {
+    /// Takes over a new linearization.
+    fn begin(&mut self);
+    /// Closes every degree of freedom.
+    fn clear(&mut self);
+    /// Opens one, of the given `damping / D`.
+    fn open(&mut self, k: usize, inverse: f64);
+    /// Closes it again.
+    fn close(&mut self, k: usize, inverse: f64);
+    /// Solves for the open ones; the others keep their `delta`. `y` is memory over rows. False where the system is
+    /// not positive definite.
+    fn solve_open(&mut self, step: &OpenStep<'_>, y: &mut [f64], delta: &mut [f64]) -> bool;
+}
+
+impl<T: RowSystem> StepSystem for T {
+    #[inline(always)]
+    fn begin(&mut self) {}
+
+    #[inline(always)]
+    fn clear(&mut self) {
+        RowSystem::clear(self);
+    }
+
+    #[inline(always)]
+    fn open(&mut self, k: usize, inverse: f64) {
+        self.add_outer(k, inverse);
+    }
+
+    #[inline(always)]
+    fn close(&mut self, k: usize, inverse: f64) {
+        self.add_outer(k, -inverse);
+    }
+
+    #[inline(always)]
+    fn solve_open(&mut self, step: &OpenStep<'_>, y: &mut [f64], delta: &mut [f64]) -> bool {
+        let n = step.open.len();
+        let (inverse, delta, damping) = (&step.inverse[..n], &mut delta[..n], step.damping);
+        y.copy_from_slice(step.residual);
+        if let Some(own) = step.own {
+            for k in 0..n {
+                if step.open[k] {
+                    self.add_column(k, -inverse[k] * own[k] / damping, y);
+                }
+            }
+        }
+        if !self.solve(damping, y) {
+            return false;
+        }
+        for k in 0..n {
+            if step.open[k] {
+                let own = step.own.map_or(0.0, |own| own[k] / damping);
+                delta[k] = -inverse[k] * (own + self.dot(k, y));
+            }
+        }
+        true
+    }
 }
 
 /// Rows of which the compiler knows the number.
@@ -38,12 +116,7 @@ fn head<const M: usize>(v: &[f64]) -> &[f64; M] {
     v.first_chunk().unwrap_or(&[0.0; M])
 }
 
-impl<const M: usize> RowSystem for Dense<'_, M> {
-    #[inline(always)]
-    fn clear(&mut self) {
-        self.matrix = [[0.0; M]; M];
-    }
-
+impl<const M: usize> Columns for Dense<'_, M> {
     #[inline(always)]
     fn dot(&self, k: usize, v: &[f64]) -> f64 {
         let (column, v) = (&self.columns[k], head::<M>(v));
@@ -62,6 +135,13 @@ impl<const M: usize> RowSystem for Dense<'_, M> {
                 v[i] += factor * column[i];
             }
         }
+    }
+}
+
+impl<const M: usize> RowSystem for Dense<'_, M> {
+    #[inline(always)]
+    fn clear(&mut self) {
+        self.matrix = [[0.0; M]; M];
     }
 
     #[inline(always)]
@@ -128,7 +208,12 @@ pub(crate) struct SparseMemory {
 
 impl SparseMemory {
     pub(crate) fn new(plan: &Plan) -> Self {
-        let n = if plan.dense_rows.is_some() { 0 } else { plan.n_rows * plan.n_rows };
+        Self::of_rows(if plan.dense_rows.is_some() || plan.is_tall { 0 } else { plan.n_rows })
+    }
+
+    /// Memory for some number of rows.
+    pub(crate) fn of_rows(n_rows: usize) -> Self {
+        let n = n_rows * n_rows;
         Self { matrix: vec![0.0; n], factor: vec![0.0; n] }
     }
 }
@@ -153,11 +238,7 @@ impl<'a> Sparse<'a> {
     }
 }
 
-impl RowSystem for Sparse<'_> {
-    fn clear(&mut self) {
-        self.memory.matrix.fill(0.0);
-    }
-
+impl Columns for Sparse<'_> {
     #[inline]
     fn dot(&self, k: usize, v: &[f64]) -> f64 {
         let (first, column) = self.column(k);
@@ -170,6 +251,12 @@ impl RowSystem for Sparse<'_> {
         for (v, j) in v[first..].iter_mut().zip(column) {
             *v += factor * j;
         }
+    }
+}
+
+impl RowSystem for Sparse<'_> {
+    fn clear(&mut self) {
+        self.memory.matrix.fill(0.0);
     }
 
     fn add_outer(&mut self, k: usize, factor: f64) {
@@ -188,36 +275,45 @@ impl RowSystem for Sparse<'_> {
         let a = &mut self.memory.factor;
         a.copy_from_slice(&self.memory.matrix);
         for i in 0..m {
-            let (above, row) = a.split_at_mut(i * m);
-            let row = &mut row[..=i];
-            for j in 0..i {
-                let other = &above[j * m..=j * m + j];
-                let mut sum = row[j];
-                for k in 0..j {
-                    sum -= row[k] * other[k];
-                }
-                row[j] = sum * other[j];
-            }
-            let diagonal = row[i] + damping;
-            let square: f64 = row[..i].iter().map(|v| v * v).sum();
-            let Some(reciprocal) = reciprocal_root(diagonal - square, diagonal) else { return false };
-            row[i] = reciprocal;
+            a[i * m + i] += damping;
         }
-        for i in 0..m {
-            let row = &a[i * m..=i * m + i];
-            let known: f64 = row[..i].iter().zip(&x[..i]).map(|(a, b)| a * b).sum();
-            x[i] = (x[i] - known) * row[i];
-        }
-        for i in (0..m).rev() {
-            let row = &a[i * m..=i * m + i];
-            x[i] *= row[i];
-            let (before, this) = x.split_at_mut(i);
-            for (b, l) in before.iter_mut().zip(row) {
-                *b -= l * this[0];
-            }
-        }
-        true
+        cholesky_solve(a, m, x)
     }
+}
+
+/// `x := A⁻¹ x` for the lower half of a symmetric `A` (`m × m`), which its Cholesky factor takes the place of, with
+/// reciprocals on the diagonal. False where `A` is not positive definite.
+pub(crate) fn cholesky_solve(a: &mut [f64], m: usize, x: &mut [f64]) -> bool {
+    for i in 0..m {
+        let (above, row) = a.split_at_mut(i * m);
+        let row = &mut row[..=i];
+        for j in 0..i {
+            let other = &above[j * m..=j * m + j];
+            let mut sum = row[j];
+            for k in 0..j {
+                sum -= row[k] * other[k];
+            }
+            row[j] = sum * other[j];
+        }
+        let diagonal = row[i];
+        let square: f64 = row[..i].iter().map(|v| v * v).sum();
+        let Some(reciprocal) = reciprocal_root(diagonal - square, diagonal) else { return false };
+        row[i] = reciprocal;
+    }
+    for i in 0..m {
+        let row = &a[i * m..=i * m + i];
+        let known: f64 = row[..i].iter().zip(&x[..i]).map(|(a, b)| a * b).sum();
+        x[i] = (x[i] - known) * row[i];
+    }
+    for i in (0..m).rev() {
+        let row = &a[i * m..=i * m + i];
+        x[i] *= row[i];
+        let (before, this) = x.split_at_mut(i);
+        for (b, l) in before.iter_mut().zip(row) {
+            *b -= l * this[0];
+        }
+    }
+    true
 }
 
 #[cfg(test)]
@@ -233,8 +329,8 @@ mod tests {
         let plan = Plan { n_rows: 6, spans, ..Plan::default() };
         let mut memory = SparseMemory { matrix: vec![0.0; 36], factor: vec![0.0; 36] };
         let (mut dense, mut sparse) = (Dense::<6>::new(&columns), Sparse::new(&plan, &columns, &mut memory));
-        dense.clear();
-        sparse.clear();
+        RowSystem::clear(&mut dense);
+        RowSystem::clear(&mut sparse);
         for k in 0..4 {
             dense.add_outer(k, 1.0 + k as f64);
             sparse.add_outer(k, 1.0 + k as f64);

@@ -31,18 +31,30 @@ pub(crate) struct Outcome {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bar {
     pub(crate) cost_below: Option<f64>,
+    /// A cost below this is nothing but rounding.
+    pub(crate) nothing: f64,
     /// Whether another start waits, so that a slow one is given up.
     pub(crate) impatient: bool,
 }
 
+/// The squared length of a residual that is nothing but rounding (metres², radians²).
+const NOTHING: f64 = 1e-24;
+
 impl Bar {
+    /// A cost to come below, or none where the tolerances of a problem's terms decide.
+    pub(crate) fn new(cost_below: Option<f64>, problem: &Problem, impatient: bool) -> Self {
+        // Weights that are all tiny make every cost tiny, whether or not the terms are met.
+        let largest = problem.terms().iter().map(|term| term.weight).fold(0.0, f64::max);
+        Self { cost_below, nothing: NOTHING * largest.min(1.0), impatient }
+    }
+
     /// Whether the solve may end here. Without `cost_below` only a pose that meets every term exactly, within
     /// rounding, ends it early: otherwise it goes on until it converges.
     #[inline]
     pub(crate) fn is_met(&self, cost: f64) -> bool {
         match self.cost_below {
             Some(bar) => cost < bar,
-            None => cost < 1e-24,
+            None => cost < self.nothing,
         }
     }
 
@@ -184,7 +196,7 @@ impl Searcher {
             Search::Local => 0,
             Search::Global { max_restarts } => max_restarts,
         };
-        let mut bar = Bar { cost_below: options.cost_below, impatient: max_restarts > 0 };
+        let mut bar = Bar::new(options.cost_below, problem, max_restarts > 0);
         if max_restarts == 0 {
             return (self.run_once(options, plan, problem, state, cost, &bar, budget), 0);
         }

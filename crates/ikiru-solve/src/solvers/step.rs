@@ -1,16 +1,18 @@
 //! The damped Gauss–Newton step inside the limits: a small dense system over residual rows.
 //!
-//! With rows `J δ + r` and a diagonal `D = damping + curvature of the terms that read motions`, the step
+//! With rows `J δ + r` and a diagonal `D = damping + curvature of the joint rows`, the step
 //! minimises `‖J δ + r‖² + δᵀ D δ + 2 gᵀ δ`. There are far fewer rows than degrees of freedom, and a row sees
 //! only the joints above it, so the system is solved over rows:
 //! `(J D⁻¹ Jᵀ + I) y = r − J D⁻¹ g`, `δ = −D⁻¹ (g + Jᵀ y)`, here multiplied through by the damping, which keeps
-//! it well scaled as the damping goes to zero.
+//! it well scaled as the damping goes to zero. Where there are many more rows than degrees of freedom, the same step is
+//! solved for over those.
 
 use glam::{DMat3, DQuat};
 
 use crate::plan::{Mover, Plan};
 use crate::problem::Problem;
-use crate::solvers::rows::{Dense, RowSystem, Sparse, SparseMemory};
+use crate::solvers::columns::{Tall, TallMemory};
+use crate::solvers::rows::{Columns, Dense, OpenStep, Sparse, SparseMemory, StepSystem};
 use crate::state::State;
 
 /// How near to a limit counts as on it, in radians or metres.
@@ -28,9 +30,9 @@ pub(crate) struct StepSolver {
     bases: Vec<DMat3>,
     /// Half the gradient of the whole cost by each degree of freedom.
     gradient: Vec<f64>,
-    /// Half the gradient and the curvature of the terms that read motions, by the same axes; the curvature of
+    /// Half the gradient and the curvature of the joint rows, by the same axes; the curvature of
     /// limits that hold the pose back is added.
-    motion_gradient: Vec<f64>,
+    joint_gradient: Vec<f64>,
     curvature: Vec<f64>,
     /// How far each degree of freedom may move down (not positive) and up (not negative).
     room: Vec<(f64, f64)>,
@@ -40,13 +42,20 @@ pub(crate) struct StepSolver {
     open: Vec<bool>,
     /// Damping over `D`, for each degree of freedom.
     inverse: Vec<f64>,
-    memory: SparseMemory,
+    memory: Memory,
     residual: Vec<f64>,
     y: Vec<f64>,
     /// The step, by the axes of the bases.
     delta: Vec<f64>,
     /// The step as a tangent.
     pub(crate) tangent: Vec<f64>,
+}
+
+/// Memory of the systems that the compiler does not know the size of; one of them is in use.
+#[derive(Clone, Debug, Default)]
+struct Memory {
+    sparse: SparseMemory,
+    tall: TallMemory,
 }
 
 /// Runs one expression with the system of the plan's shape.
@@ -69,8 +78,12 @@ macro_rules! with_rows {
                 let $rows = Dense::<12>::new($jacobian);
                 $body
             }
+            None if $plan.is_tall => {
+                let $rows = Tall::new($plan, $jacobian, &mut $memory.tall);
+                $body
+            }
             None => {
-                let $rows = Sparse::new($plan, $jacobian, $memory);
+                let $rows = Sparse::new($plan, $jacobian, &mut $memory.sparse);
                 $body
             }
         }
@@ -84,13 +97,13 @@ impl StepSolver {
             jacobian: vec![0.0; plan.n_jacobian],
             gradient: vec![0.0; n],
             bases: vec![DMat3::IDENTITY; plan.movers.len()],
-            motion_gradient: vec![0.0; n],
+            joint_gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             room: vec![(0.0, 0.0); n],
             free: vec![true; n],
             open: vec![true; n],
             inverse: vec![1.0; n],
-            memory: SparseMemory::new(plan),
+            memory: Memory { sparse: SparseMemory::new(plan), tall: TallMemory::new(plan) },
             residual: vec![0.0; m],
             y: vec![0.0; m],
             delta: vec![0.0; n],
@@ -105,9 +118,9 @@ impl StepSolver {
             let x = state.coords[plan.coord_of_dof[k]];
             *room = (plan.lower[k] - x, plan.upper[k] - x);
         }
-        if plan.has_motions || plan.has_cones {
-            self.motion_gradient.copy_from_slice(&state.motion_gradient);
-            self.curvature.copy_from_slice(&state.motion_curvature);
+        if plan.has_joint_rows || plan.has_cones {
+            self.joint_gradient.copy_from_slice(&state.joint_gradient);
+            self.curvature.copy_from_slice(&state.joint_curvature);
         }
         if plan.has_cones {
             self.jacobian.copy_from_slice(&state.jacobian);
@@ -127,12 +140,13 @@ impl StepSolver {
     }
 
     #[inline(always)]
-    fn begin_rows(&mut self, plan: &Plan, state: &State, rows: impl RowSystem) -> f64 {
+    fn begin_rows(&mut self, plan: &Plan, state: &State, mut rows: impl StepSystem) -> f64 {
+        rows.begin();
         let n = plan.n_dofs;
         let (gradient, room, free) = (&mut self.gradient[..n], &self.room[..n], &mut self.free[..n]);
         let mut largest = 0.0_f64;
         for k in 0..n {
-            let g = self.motion_gradient[k] + rows.dot(k, &state.scaled);
+            let g = self.joint_gradient[k] + rows.dot(k, &state.scaled);
             let (down, up) = room[k];
             let blocked = (down >= -ON_LIMIT && (g > 0.0 || up <= ON_LIMIT)) || (up <= ON_LIMIT && g < 0.0);
             if !blocked {
@@ -156,7 +170,7 @@ impl StepSolver {
             let turned = into_basis * glam::DVec3::from_slice(v);
             v[..3].copy_from_slice(&turned.to_array());
         };
-        turn(&mut self.motion_gradient[at..at + 3]);
+        turn(&mut self.joint_gradient[at..at + 3]);
         let span = plan.spans[at];
         for row in 0..span.len {
             let index = |k: usize| plan.spans[at + k].start + row;
@@ -189,7 +203,7 @@ impl StepSolver {
         let mut largest = 0.0_f64;
         for (k, span) in plan.spans.iter().enumerate() {
             let column = &state.jacobian[span.start..span.start + span.len];
-            largest = largest.max(state.motion_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
+            largest = largest.max(state.joint_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
         }
         largest
     }
@@ -206,20 +220,20 @@ impl StepSolver {
     }
 
     #[inline(always)]
-    fn solve_rows(&mut self, plan: &Plan, state: &State, mut rows: impl RowSystem, damping: f64) -> bool {
+    fn solve_rows(&mut self, plan: &Plan, state: &State, mut rows: impl StepSystem, damping: f64) -> bool {
         let n = plan.n_dofs;
         self.open.copy_from_slice(&self.free);
         self.residual.copy_from_slice(&state.scaled);
         self.delta.fill(0.0);
         rows.clear();
-        let has_curvature = plan.has_motions || plan.has_cones;
+        let has_curvature = plan.has_joint_rows || plan.has_cones;
         let (inverse, free) = (&mut self.inverse[..n], &self.free[..n]);
         for k in 0..n {
             if has_curvature {
                 inverse[k] = damping / (damping + self.curvature[k]);
             }
             if free[k] {
-                rows.add_outer(k, inverse[k]);
+                rows.open(k, inverse[k]);
             }
         }
         for round in 0..MOST_ROUNDS {
@@ -249,33 +263,17 @@ impl StepSolver {
 
     /// Solves for the open degrees of freedom; the others keep their `delta`.
     #[inline(always)]
-    fn solve_open(&mut self, plan: &Plan, rows: &mut impl RowSystem, damping: f64) -> bool {
+    fn solve_open(&mut self, plan: &Plan, rows: &mut impl StepSystem, damping: f64) -> bool {
         let n = plan.n_dofs;
-        self.y.copy_from_slice(&self.residual);
-        let (open, delta, inverse) = (&self.open[..n], &mut self.delta[..n], &self.inverse[..n]);
-        let motion_gradient = &self.motion_gradient[..n];
-        if plan.has_motions {
-            for k in 0..n {
-                if open[k] {
-                    rows.add_column(k, -inverse[k] * motion_gradient[k] / damping, &mut self.y);
-                }
-            }
-        }
-        if !rows.solve(damping, &mut self.y) {
-            return false;
-        }
-        for k in 0..n {
-            if open[k] {
-                let own = if plan.has_motions { motion_gradient[k] / damping } else { 0.0 };
-                delta[k] = -inverse[k] * (own + rows.dot(k, &self.y));
-            }
-        }
-        true
+        let own = plan.has_joint_rows.then_some(&self.joint_gradient[..n]);
+        let (open, inverse, residual) = (&self.open[..n], &self.inverse[..n], &self.residual[..]);
+        let step = OpenStep { open, inverse, own, damping, residual };
+        rows.solve_open(&step, &mut self.y, &mut self.delta)
     }
 
     /// Fixes the degrees of freedom whose step crosses a range at that range; says whether there was one.
     #[inline(always)]
-    fn fix_crossed(&mut self, plan: &Plan, rows: &mut impl RowSystem) -> bool {
+    fn fix_crossed(&mut self, plan: &Plan, rows: &mut impl StepSystem) -> bool {
         let n = plan.n_dofs;
         let (open, delta, room) = (&mut self.open[..n], &mut self.delta[..n], &self.room[..n]);
         let mut crossed = false;
@@ -284,7 +282,7 @@ impl StepSolver {
             if open[k] && inside != delta[k] {
                 crossed = true;
                 (open[k], delta[k]) = (false, inside);
-                rows.add_outer(k, -self.inverse[k]);
+                rows.close(k, self.inverse[k]);
                 rows.add_column(k, inside, &mut self.residual);
             }
         }
@@ -304,9 +302,9 @@ impl StepSolver {
         });
         self.memory = memory;
         let mut cost = 0.0;
-        if plan.has_motions || plan.has_cones {
+        if plan.has_joint_rows || plan.has_cones {
             for (k, d) in delta.iter().enumerate() {
-                cost += d * (2.0 * self.motion_gradient[k] + d * self.curvature[k]);
+                cost += d * (2.0 * self.joint_gradient[k] + d * self.curvature[k]);
             }
         }
         for t in &plan.terms {
@@ -314,7 +312,7 @@ impl StepSolver {
             let loss = term.objective.loss();
             let mut row = t.rows.start;
             for part in t.parts.clone() {
-                if t.has_motion_part && part + 1 == t.parts.end {
+                if part >= t.joint_parts().start {
                     cost += term.weight * loss.cost(state.squares[part]);
                     continue;
                 }

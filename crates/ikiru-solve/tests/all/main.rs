@@ -11,6 +11,7 @@ mod motion_given;
 mod no_allocation;
 mod rate_limits;
 mod solving;
+mod terms;
 mod tracking;
 
 /// Counts for the tests that bound memory or allow no allocation.

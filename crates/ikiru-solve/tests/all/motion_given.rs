@@ -114,3 +114,51 @@ fn terms_of_joint_motions_alone_move_without_smoothness() {
     let planned = plan(SolverOptions::default(), &motion, &start);
     assert!(planned.report.cost < 1e-12, "{:?}", planned.report);
 }
+
+/// Two units of way on a hinge, from and to given angles, with a target at the end that the given end meets or misses
+/// by a little: the same constant whatever the plan does.
+fn turn_with_settled_term(weight: f64, smoothness: f64, miss: f64) -> (Vec<f64>, f64) {
+    let mut builder = RigBuilder::new();
+    let mut hinge = Joint::new("hinge", None);
+    hinge.motion = Motion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
+    let hinge = builder.add(hinge);
+    let mut tip = Joint::new("tip", Some(hinge));
+    tip.rest_translation = DVec3::X;
+    let tip = builder.add(tip);
+    let rig = builder.build().unwrap();
+    let turned = |angle: f64| {
+        let mut pose = rig.rest_pose();
+        pose.set_value(hinge, angle).unwrap();
+        pose
+    };
+    let (from, to) = (10_f64.to_radians(), 50_f64.to_radians());
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    motion.set_smoothness([smoothness; 3]).unwrap();
+    motion.fix_start(&turned(from)).unwrap();
+    motion.fix_end(Some(&turned(to))).unwrap();
+    let target = DVec3::new(to.cos(), to.sin(), miss);
+    motion.add(weight, When::End, Position::new(tip, target)).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &turned(from));
+    assert!(planned.report.success, "{:?}", planned.report);
+    let cost_of_miss = weight * miss * miss;
+    assert!((planned.report.terms[0].cost - cost_of_miss).abs() < 1e-12 * (1.0 + cost_of_miss));
+    let angles = planned.clip.poses().iter().map(|pose| pose.value(hinge).unwrap()).collect();
+    (angles, planned.report.cost - cost_of_miss)
+}
+
+#[test]
+fn a_term_that_given_frames_settle_changes_nothing() {
+    let (even, least) = turn_with_settled_term(1.0, 0.001, 0.0);
+    for (t, angle) in even.iter().enumerate() {
+        let straight = (10.0 + 40.0 * t as f64 / 30.0).to_radians();
+        assert!((angle - straight).abs() < 1e-6, "{t}: {}", angle.to_degrees());
+    }
+    for (weight, smoothness, miss) in
+        [(3.0, 0.001, 0.0), (1000.0, 0.001, 0.0), (1.0, 1e-5, 0.0), (1.0, 0.001, 5e-4), (1e6, 0.001, 5e-4)]
+    {
+        let (angles, cost) = turn_with_settled_term(weight, smoothness, miss);
+        let furthest = angles.iter().zip(&even).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(furthest < 1e-6, "weight {weight}, smoothness {smoothness}, miss {miss}: {furthest}");
+        assert!((cost * 0.001 / smoothness - least).abs() < 1e-9, "{cost} beside {least}");
+    }
+}

@@ -96,7 +96,7 @@ proptest! {
         let turned = DQuat::from_mat4(&m).angle_between(rotation);
         let angle = m.transform_vector3(DVec3::Y).angle_between(rotation * DVec3::Y);
         prop_assert!((report.terms[0].residual - distance).abs() < 1e-9);
-        prop_assert!((report.terms[0].second.unwrap().0 - turned).abs() < 1e-6);
+        prop_assert!((report.terms[0].others[0].residual - turned).abs() < 1e-6);
         prop_assert!((report.terms[1].residual - angle).abs() < 1e-6);
         let cost = 2.0 * (distance * distance + turned * turned) + 0.5 * angle * angle;
         prop_assert!((report.cost - cost).abs() < 1e-5 * (1.0 + cost));

@@ -1,0 +1,214 @@
+//! What a term says of itself in a report: every part, each in its unit, and what weight 0 means.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::{Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_solve::objectives::{JointAngles, KnownRotation, Position, RestPose};
+use ikiru_solve::{
+    Inputs, Invalid, JointRows, Loss, MOST_PARTS, Objective, Part, Problem, Rows, Search, Solver,
+    SolverOptions, StopReason, Unit,
+};
+
+/// One joint that moves, and a tip one metre along x.
+fn one_joint(motion: Motion) -> (Rig, JointId, JointId) {
+    let mut builder = RigBuilder::new();
+    let mut joint = Joint::new("joint", None);
+    joint.motion = motion;
+    let joint = builder.add(joint);
+    let mut tip = Joint::new("tip", Some(joint));
+    tip.rest_translation = DVec3::X;
+    let tip = builder.add(tip);
+    (builder.build().unwrap(), joint, tip)
+}
+
+fn slider() -> (Rig, JointId, JointId) {
+    one_joint(Motion::Slider { axis: DVec3::X, range: Range::new(0.0, 0.1) })
+}
+
+#[test]
+fn an_offset_is_measured_in_metres() {
+    let (rig, joint, _) = slider();
+    let mut problem = Problem::whole_body(&rig);
+    // 5 mm beyond the range: within half a degree if it were an angle, beyond the millimetre that an offset has.
+    problem.add(1.0, KnownRotation::new(&[(joint, JointAngles::Value(0.105))]));
+    let mut pose = rig.rest_pose();
+    let mut workspace = Solver::default().workspace(&problem);
+    let report = Solver::default().solve(&problem, &mut pose, &mut workspace);
+    assert_eq!(report.terms[0].unit, Unit::Metres);
+    assert!((report.terms[0].residual - 0.005).abs() < 1e-9);
+    assert!(!report.success && report.stop == StopReason::Converged);
+}
+
+#[test]
+fn the_two_units_of_a_free_root_are_two_parts() {
+    let (rig, joint, _) = one_joint(Motion::Free { cone: None });
+    let mut moved = rig.rest_pose();
+    moved.set_rotation(joint, DQuat::from_rotation_y(0.3)).unwrap();
+    moved.set_translation(joint, DVec3::new(0.0, 0.0, 0.4)).unwrap();
+    let mut problem = Problem::new(&rig, []);
+    problem.add(1.0, RestPose::new(&[joint], rig.rest_pose()));
+    let mut workspace = Solver::default().workspace(&problem);
+    let report = Solver::default().solve(&problem, &mut moved, &mut workspace);
+    let term = report.terms[0];
+    assert_eq!((term.unit, term.others.len(), term.others[0].unit), (Unit::Radians, 1, Unit::Metres));
+    assert!((term.residual - 0.3).abs() < 1e-12 && (term.others[0].residual - 0.4).abs() < 1e-12);
+}
+
+#[test]
+fn angles_that_do_not_fit_a_joint_are_refused_with_the_reason() {
+    let (rig, joint, tip) = one_joint(Motion::Ball { cone: None });
+    let refused = |problem: &Problem| {
+        let mut pose = rig.rest_pose();
+        let mut workspace = Solver::default().workspace(problem);
+        let report = Solver::default().solve(problem, &mut pose, &mut workspace);
+        assert_eq!((report.stop, pose), (StopReason::InvalidInput, rig.rest_pose()));
+        let Some(Invalid::Term(0, reason)) = report.invalid else { panic!("{:?}", report.invalid) };
+        reason
+    };
+    for (joint, angles) in [(joint, JointAngles::Value(0.1)), (tip, JointAngles::Rotation(DQuat::IDENTITY))] {
+        let mut problem = Problem::whole_body(&rig);
+        problem.add(1.0, KnownRotation::new(&[(joint, angles)]));
+        assert!(refused(&problem).starts_with("gives a joint what its motion does not have"));
+    }
+    let (other, ..) = slider();
+    let mut problem = Problem::whole_body(&rig);
+    problem.add(1.0, RestPose::new(&[joint], other.rest_pose()));
+    assert_eq!(refused(&problem), "has a pose of another rig than the problem");
+}
+
+/// Parts of one row each, all with the same residual but for their number, and rows that one joint has.
+#[derive(Debug)]
+struct Parts {
+    joints: [JointId; 1],
+    parts: Vec<Part>,
+    joint_rows: bool,
+}
+
+impl Objective for Parts {
+    fn kind(&self) -> &'static str {
+        "parts"
+    }
+    fn joints(&self) -> &[JointId] {
+        &self.joints
+    }
+    fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+    fn loss(&self) -> Loss {
+        Loss::Squared
+    }
+    fn check(&self) -> Result<(), &'static str> {
+        Ok(())
+    }
+    fn evaluate(&self, _: &Inputs<'_>, rows: &mut Rows<'_>) {
+        for (row, residual) in rows.residual.iter_mut().enumerate() {
+            *residual = 0.1 * (row + 1) as f64;
+        }
+    }
+    fn joint_rows(&self) -> Option<&dyn JointRows> {
+        self.joint_rows.then_some(self)
+    }
+}
+
+impl JointRows for Parts {
+    fn joints(&self) -> &[JointId] {
+        &self.joints
+    }
+    fn check(&self, _: &Rig) -> Result<(), &'static str> {
+        Ok(())
+    }
+    /// Says nothing: what it leaves alone counts as nothing, whatever another term left in memory.
+    fn evaluate(&self, _: usize, _: &Motion, _: &[f64], _: &mut [f64], _: Option<&mut [f64]>) {}
+}
+
+#[test]
+fn every_part_is_reported_and_has_its_say() {
+    let (rig, joint, _) = slider();
+    let part = |unit| Part { n_rows: 1, unit };
+    let parts = vec![part(Unit::Metres), part(Unit::Radians), part(Unit::Metres)];
+    let mut problem = Problem::whole_body(&rig);
+    let id = problem.add(1.0, Parts { joints: [joint], parts, joint_rows: false });
+    let mut workspace = Solver::default().workspace(&problem);
+    let mut tolerance = ikiru_solve::Tolerance { metres: 0.35, radians: 0.25 };
+    let solve = |problem: &Problem, workspace: &mut _| {
+        let report = Solver::default().solve(problem, &mut rig.rest_pose(), workspace);
+        (report.terms[0], report.success)
+    };
+    problem.set_tolerance(id, tolerance);
+    let (term, success) = solve(&problem, &mut workspace);
+    assert!(success && (term.residual - 0.1).abs() < 1e-15);
+    let others: Vec<_> = term.others.iter().map(|part| (part.residual, part.unit)).collect();
+    assert_eq!(others.len(), 2);
+    assert!((others[0].0 - 0.2).abs() < 1e-15 && others[0].1 == Unit::Radians);
+    assert!((others[1].0 - 0.3).abs() < 1e-15 && others[1].1 == Unit::Metres);
+    // The third part alone decides.
+    tolerance.metres = 0.25;
+    problem.set_tolerance(id, tolerance);
+    assert!(!solve(&problem, &mut workspace).1);
+}
+
+#[test]
+fn more_parts_than_reports_have_room_for_are_refused() {
+    let (rig, joint, _) = slider();
+    for (n_parts, joint_rows, fits) in
+        [(MOST_PARTS, false, true), (MOST_PARTS + 1, false, false), (2, true, true), (3, true, false)]
+    {
+        let parts = vec![Part { n_rows: 1, unit: Unit::Metres }; n_parts];
+        let mut problem = Problem::whole_body(&rig);
+        problem.add(1.0, Parts { joints: [joint], parts, joint_rows });
+        let mut workspace = Solver::default().workspace(&problem);
+        let report = Solver::default().solve(&problem, &mut rig.rest_pose(), &mut workspace);
+        assert_eq!(report.stop != StopReason::InvalidInput, fits, "{n_parts} parts");
+    }
+}
+
+#[test]
+fn joint_rows_that_are_left_alone_are_zero_whatever_was_in_memory() {
+    let (rig, joint, _) = slider();
+    let mut problem = Problem::new(&rig, []);
+    problem.add(1.0, KnownRotation::new(&[(joint, JointAngles::Value(0.7))]));
+    problem.add(1.0, Parts { joints: [joint], parts: Vec::new(), joint_rows: true });
+    let mut workspace = Solver::default().workspace(&problem);
+    let report = Solver::default().solve(&problem, &mut rig.rest_pose(), &mut workspace);
+    assert!((report.terms[0].residual - 0.7).abs() < 1e-15);
+    assert_eq!(report.terms[1].residual, 0.0);
+}
+
+fn reach(rig: &Rig, tip: JointId, weights: [f64; 2]) -> (bool, StopReason, Pose) {
+    let options = SolverOptions { search: Search::Global { max_restarts: 4 }, ..SolverOptions::default() };
+    let solver = Solver::new(options);
+    let mut problem = Problem::whole_body(rig);
+    // Both in reach, not at once.
+    problem.add(weights[0], Position::new(tip, DVec3::X * 1.05));
+    problem.add(weights[1], Position::new(tip, DVec3::X * 1.02));
+    let mut pose = rig.rest_pose();
+    let mut workspace = solver.workspace(&problem);
+    let report = solver.solve(&problem, &mut pose, &mut workspace);
+    let (success, stop) = (report.success, report.stop);
+    if success {
+        assert!(report.obstacle.is_none());
+    }
+    (success, stop, pose)
+}
+
+#[test]
+fn a_term_of_weight_0_is_as_good_as_not_there() {
+    let (rig, joint, tip) = slider();
+    let (success, stop, pose) = reach(&rig, tip, [1.0, 0.0]);
+    assert!(success && stop == StopReason::Reached);
+    assert!((pose.value(joint).unwrap() - 0.05).abs() < 1e-9);
+    assert!(reach(&rig, tip, [0.0, 0.0]).0, "where nothing counts, nothing is unmet");
+}
+
+#[test]
+fn tiny_weights_are_still_weights() {
+    let (rig, joint, tip) = slider();
+    for weight in [1e-20, 1e-26, 1e-100] {
+        let (success, stop, pose) = reach(&rig, tip, [weight, 0.0]);
+        assert!(success && stop == StopReason::Reached, "{weight}: {stop:?}");
+        assert!((pose.value(joint).unwrap() - 0.05).abs() < 1e-6, "{weight}");
+        // Beside a term of weight 1 they are not met, and no one says that they were.
+        let (success, stop, _) = reach(&rig, tip, [1.0, weight]);
+        assert!(!success && stop != StopReason::Reached, "{weight}: {stop:?}");
+    }
+}
