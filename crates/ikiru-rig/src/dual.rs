@@ -2,6 +2,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use crate::maths;
 use crate::scalar::{Scalar, sealed};
 
 /// A value and its derivatives in `N` directions.
@@ -173,16 +174,16 @@ impl<const N: usize> Scalar for Dual<N> {
     fn atan2(self, x: Self) -> Self {
         let square = self.value * self.value + x.value * x.value;
         let (dy, dx) = if square > 0.0 { (x.value / square, -self.value / square) } else { (0.0, 0.0) };
-        self.combine(x, self.value.atan2(x.value), dy, dx)
+        self.combine(x, maths::atan2(self.value, x.value), dy, dx)
     }
 
     fn exp(self) -> Self {
-        let exp = self.value.exp();
+        let exp = maths::exp(self.value);
         self.chain(exp, exp)
     }
 
     fn ln(self) -> Self {
-        self.chain(self.value.ln(), 1.0 / self.value)
+        self.chain(maths::ln(self.value), 1.0 / self.value)
     }
 }
 

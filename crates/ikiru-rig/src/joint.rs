@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::humanoid::Role;
 use crate::limit::{Cone, Range};
+use crate::maths;
 
 /// A joint of one rig: its position in the list of joints, parents first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -66,7 +67,7 @@ impl EulerOrder {
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
         self.axes()
             .into_iter()
-            .map(|axis| DQuat::from_axis_angle(axes[axis], angles[axis]))
+            .map(|axis| maths::turn_about(axes[axis], angles[axis]))
             .fold(DQuat::IDENTITY, |q, turn| q * turn)
     }
 
@@ -79,13 +80,13 @@ impl EulerOrder {
         let m = glam::DMat3::from_quat(q).to_cols_array_2d(); // m[column][row]
         let mut angles = [0.0; 3];
         let sin_middle = (sign * m[k][i]).clamp(-1.0, 1.0);
-        let cos_middle = m[i][i].hypot(m[j][i]);
-        angles[j] = sin_middle.atan2(cos_middle);
+        let cos_middle = maths::hypot(m[i][i], m[j][i]);
+        angles[j] = maths::atan2(sin_middle, cos_middle);
         if cos_middle > 1e-9 {
-            angles[i] = (-sign * m[k][j]).atan2(m[k][k]);
-            angles[k] = (-sign * m[j][i]).atan2(m[i][i]);
+            angles[i] = maths::atan2(-sign * m[k][j], m[k][k]);
+            angles[k] = maths::atan2(-sign * m[j][i], m[i][i]);
         } else {
-            angles[i] = (sign * m[j][k]).atan2(m[j][j]);
+            angles[i] = maths::atan2(sign * m[j][k], m[j][j]);
         }
         angles
     }

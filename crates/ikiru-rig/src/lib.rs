@@ -29,6 +29,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod clip;
 mod dual;
 mod frame;
@@ -43,6 +45,7 @@ mod trig;
 
 pub mod humanoid;
 pub mod kinematics;
+pub mod maths;
 
 pub use clip::{
     Clip, ClipError, ClipMeasure, LimitMargin, Margin, Part, Peak, Rate, RateExcess, RateLimit,

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::maths;
+
 use glam::{DQuat, DVec2, DVec3};
 
 /// A closed range of an angle (radians) or an offset (metres). An infinite end is no limit.
@@ -175,7 +177,7 @@ impl Cone {
         let q = if q.w < 0.0 { -q } else { q };
         let v = q.xyz();
         let along = v.dot(self.axis);
-        let half_cos = q.w.hypot(along);
+        let half_cos = maths::hypot(q.w, along);
         if half_cos < 0.5 * ANTIPODE {
             let s = DVec2::new(v.dot(self.first), v.dot(self.second)).normalize_or(DVec2::X);
             return (s * PI, 0.0);
@@ -185,16 +187,16 @@ impl Cone {
         let (v1, v2) = (v.dot(self.first), v.dot(self.second));
         let swing = DVec2::new(c * v1 - s * v2, s * v1 + c * v2);
         let length = swing.length();
-        let angle = 2.0 * length.atan2(half_cos);
+        let angle = 2.0 * maths::atan2(length, half_cos);
         let scaled = if length > 1e-150 { swing * (angle / length) } else { swing * 2.0 };
-        (scaled, 2.0 * along.atan2(q.w))
+        (scaled, 2.0 * maths::atan2(along, q.w))
     }
 
     /// The unit quaternion of a swing vector and a twist.
     #[must_use]
     pub fn compose(&self, swing: [f64; 2], twist: f64) -> DQuat {
         let s = self.first * swing[0] + self.second * swing[1];
-        (DQuat::from_scaled_axis(s) * DQuat::from_axis_angle(self.axis, twist)).normalize()
+        (maths::turn_by(s) * maths::turn_about(self.axis, twist)).normalize()
     }
 
     /// The nearest rotation inside: the swing moves to the nearest point of the ellipse, then the twist is
@@ -281,7 +283,7 @@ impl Cone {
     #[must_use]
     pub fn normals(&self, q: DQuat, margin: f64) -> [Option<ConeNormal>; 3] {
         let (swing, twist) = self.swing_twist(q);
-        let back = DQuat::from_axis_angle(self.axis, -twist);
+        let back = maths::turn_about(self.axis, -twist);
         let mut normals = [None; 3];
         let angle = swing.length();
         let u = if angle > 1e-12 { swing / angle } else { DVec2::X };
@@ -289,7 +291,7 @@ impl Cone {
         let (u3, v3) = (self.in_space(u), self.in_space(v));
         // A tangent ω, seen past the twist, changes the swing vector by (ω·u) u + (σ / sin σ)(ω·v) v; all is
         // scaled by sin σ / σ, which leaves a direction also at the antipode (σ = π).
-        let sinc = if angle > 1e-6 { angle.sin() / angle } else { 1.0 };
+        let sinc = if angle > 1e-6 { maths::sin(angle) / angle } else { 1.0 };
         let pull_back = |gradient: DVec2| {
             let n = u3 * (gradient.dot(u) * sinc) + v3 * gradient.dot(v);
             back * n.try_normalize().unwrap_or(u3)
@@ -313,7 +315,7 @@ impl Cone {
         let whole_turn = range.max - range.min >= 2.0 * PI;
         if !whole_turn && (twist >= range.max - margin || twist <= range.min + margin) {
             // dθ = ω · (axis + tan(σ/2) axis × u), scaled by cos(σ/2).
-            let (s, c) = (0.5 * angle).sin_cos();
+            let (s, c) = maths::sin_cos(0.5 * angle);
             let gradient = self.axis * c + self.axis.cross(u3) * s;
             let upper = (twist - range.max).abs() <= (twist - range.min).abs();
             let direction = back * if upper { gradient } else { -gradient };
@@ -327,12 +329,12 @@ impl Cone {
     #[must_use]
     pub fn tangent_box(&self, q: DQuat) -> TangentBox {
         let (swing, twist) = self.swing_twist(q);
-        let back = DQuat::from_axis_angle(self.axis, -twist);
+        let back = maths::turn_about(self.axis, -twist);
         let angle = swing.length();
         let u = if angle > 1e-12 { swing / angle } else { DVec2::X };
         let v = DVec2::new(-u.y, u.x);
         let (u3, v3) = (self.in_space(u), self.in_space(v));
-        let sinc = if angle > 1e-6 { (angle.sin() / angle).max(1e-6) } else { 1.0 };
+        let sinc = if angle > 1e-6 { (maths::sin(angle) / angle).max(1e-6) } else { 1.0 };
         // As for the normals, but with the true length: by how much a function of the swing grows.
         let pull_back = |gradient: DVec2| u3 * gradient.dot(u) + v3 * (gradient.dot(v) / sinc);
         let (a, b) = (self.swing.x, self.swing.y);
@@ -352,7 +354,7 @@ impl Cone {
             curvature = curvature.min(1e3);
         }
         if self.twist.max - self.twist.min < 2.0 * PI {
-            let (s, c) = (0.5 * angle).sin_cos();
+            let (s, c) = maths::sin_cos(0.5 * angle);
             let gradient = self.axis + self.axis.cross(u3) * (s / c.max(1e-6));
             limits[2] = (gradient, (self.twist.min - twist, self.twist.max - twist));
         }

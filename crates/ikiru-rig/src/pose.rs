@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::joint::{JointId, Motion};
 use crate::limit::Cone;
+use crate::maths;
 use crate::rig::Rig;
 
 /// The value of every degree of freedom of one rig. A plain value: clone it, store it, send it.
@@ -208,7 +209,7 @@ impl Pose {
     pub fn rotation(&self, joint: JointId) -> DQuat {
         let Some(data) = self.rig.get(joint) else { return DQuat::IDENTITY };
         match data.motion {
-            Motion::Hinge { axis, .. } => DQuat::from_axis_angle(axis, self.value(joint).unwrap_or(0.0)),
+            Motion::Hinge { axis, .. } => maths::turn_about(axis, self.value(joint).unwrap_or(0.0)),
             Motion::Euler { order, .. } => order.quaternion(self.euler(joint).unwrap_or_default()),
             Motion::Ball { .. } | Motion::Free { .. } => {
                 let at = self.rig.coords_of(joint).end - 4;
@@ -260,7 +261,7 @@ impl Pose {
         Ok(())
     }
 
-    /// Moves along a tangent ([`Rig::n_dofs`] entries): angles and offsets add up, a ball turns to `q · exp(ω)`.
+    /// Moves along a tangent ([`Rig::n_dofs`] entries): angles and offsets add up, a ball turns to `q · maths::turn_by(ω)`.
     ///
     /// # Errors
     /// When the tangent has the wrong length or a number that is not finite; the pose is then as it was.
@@ -369,27 +370,13 @@ fn unit_quaternion(q: DQuat) -> Option<DQuat> {
     (q.is_finite() && largest > 0.0).then(|| DQuat::from_array(q.to_array().map(|c| c / largest)).normalize())
 }
 
-/// The quaternion `exp(ω)` of a rotation vector.
-#[inline(always)]
-pub(crate) fn exp(omega: DVec3) -> DQuat {
-    let angle2 = omega.length_squared();
-    let (k, w) = if angle2 < 1e-8 {
-        (0.5 - angle2 / 48.0, 1.0 - angle2 / 8.0)
-    } else {
-        let angle = angle2.sqrt();
-        let (s, c) = crate::trig::sin_cos(0.5 * angle);
-        (s / angle, c)
-    };
-    DQuat::from_xyzw(omega.x * k, omega.y * k, omega.z * k, w)
-}
-
 /// The rotation vector of a unit quaternion, of length at most π.
 #[must_use]
 pub fn rotation_vector(q: DQuat) -> DVec3 {
     let q = if q.w < 0.0 { -q } else { q };
     let v = q.xyz();
     let sin = v.length();
-    if sin < TINY { v * 2.0 } else { v * (2.0 * sin.atan2(q.w) / sin) }
+    if sin < TINY { v * 2.0 } else { v * (2.0 * maths::atan2(sin, q.w) / sin) }
 }
 
 /// Moves one joint's coordinates along its tangent.
@@ -415,7 +402,7 @@ pub fn retract_joint(motion: &Motion, coords: &mut [f64], tangent: &[f64]) {
 
 #[inline(always)]
 fn turn(coords: &mut [f64], tangent: &[f64]) {
-    let q = DQuat::from_slice(coords) * exp(DVec3::from_slice(tangent));
+    let q = DQuat::from_slice(coords) * maths::turn_by(DVec3::from_slice(tangent));
     coords[..4].copy_from_slice(&q.normalize().to_array());
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use crate::trig;
+use crate::{maths, trig};
 
 pub(crate) mod sealed {
     pub trait Sealed {}
@@ -109,14 +109,14 @@ impl Scalar for f64 {
     }
     #[inline]
     fn atan2(self, x: f64) -> f64 {
-        f64::atan2(self, x)
+        maths::atan2(self, x)
     }
     #[inline]
     fn exp(self) -> f64 {
-        f64::exp(self)
+        maths::exp(self)
     }
     #[inline]
     fn ln(self) -> f64 {
-        f64::ln(self)
+        maths::ln(self)
     }
 }

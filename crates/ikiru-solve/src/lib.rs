@@ -6,6 +6,8 @@
 //!
 //! This crate knows no file and no name: joints are ids.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod check;
 mod motion;
 mod objective;

@@ -36,7 +36,8 @@ pub(super) fn rate_of_log(phi: DVec3, velocity: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pose::{exp, rotation_vector};
+    use crate::maths::turn_by as exp;
+    use crate::pose::rotation_vector;
     use proptest::prelude::*;
 
     proptest! {

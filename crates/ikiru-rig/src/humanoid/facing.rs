@@ -8,6 +8,7 @@ use crate::humanoid::Role;
 use crate::humanoid::assign::{Found, RoleProblem};
 use crate::humanoid::tree::Tree;
 use crate::joint::JointId;
+use crate::maths;
 use crate::rig::Rig;
 
 /// How far the heading or the vertical may be off, radians.
@@ -26,12 +27,12 @@ pub(super) fn check(tree: Tree<'_>, found: &mut Found) -> Vec<RoleProblem> {
         }
         left = -left;
     }
-    if up.y < MOST_OFF.cos() {
+    if up.y < maths::cos(MOST_OFF) {
         problems.push(RoleProblem::NotUpright { up: up.to_array() });
         return problems;
     }
     let facing = left.cross(up);
-    let heading = facing.x.atan2(facing.z);
+    let heading = maths::atan2(facing.x, facing.z);
     if heading.abs() > MOST_OFF {
         problems.push(RoleProblem::Facing { degrees: heading.to_degrees() });
     }
@@ -46,7 +47,7 @@ pub(super) fn heading(rig: &Rig) -> f64 {
     }
     let left = Body { tree: Tree(rig.joints()), found }.left();
     let facing = left.map_or(DVec3::Z, |left| left.cross(DVec3::Y));
-    (facing.x.atan2(facing.z) / FRAC_PI_2).round() * FRAC_PI_2
+    (maths::atan2(facing.x, facing.z) / FRAC_PI_2).round() * FRAC_PI_2
 }
 
 struct Body<'j> {

@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::humanoid::{Role, facing};
 use crate::joint::{Joint, JointId, Motion};
+use crate::maths;
 use crate::pose::Pose;
 use crate::rig::{Rig, RigBuilder, RigError};
 
@@ -41,7 +42,7 @@ const LIMBS: [(Role, &[Role], bool); 13] = {
 #[must_use]
 pub fn t_pose(rig: &Rig) -> Pose {
     let mut pose = rig.rest_pose();
-    let left = DQuat::from_rotation_y(facing::heading(rig)) * DVec3::X;
+    let left = maths::turn_about(DVec3::Y, facing::heading(rig)) * DVec3::X;
     for (role, ends, down) in LIMBS {
         for mirrored in [false, true] {
             let side = |role: Role| rig.role(if mirrored { role.mirrored() } else { role });
@@ -88,7 +89,7 @@ pub(super) fn turns_freely(motion: &Motion) -> bool {
 /// # Errors
 /// When the rig has no humanoid roles at all: a rig needs a joint.
 pub fn normalised(rig: &Rig) -> Result<Rig, RigError> {
-    let (pose, turned) = (t_pose(rig), DQuat::from_rotation_y(facing::heading(rig)).inverse());
+    let (pose, turned) = (t_pose(rig), maths::turn_about(DVec3::Y, facing::heading(rig)).inverse());
     let at = |role: Role| rig.role(role).map(|joint| turned * pose.frame(joint).origin.value());
     let mut builder = RigBuilder::new();
     let mut ids: [Option<JointId>; Role::ALL.len()] = [None; Role::ALL.len()];

@@ -6,6 +6,7 @@ use crate::clip::{Clip, ClipError};
 use crate::humanoid::t_pose::{t_pose, turns_freely};
 use crate::humanoid::{Role, facing};
 use crate::joint::{JointId, Motion};
+use crate::maths;
 use crate::pose::{Pose, PoseError};
 use crate::rig::Rig;
 
@@ -100,7 +101,7 @@ impl<'t> Map<'t> {
             Reference::TPose => t_pose(rig),
         };
         let (from, to) = (stance(source), stance(target));
-        let turn = DQuat::from_rotation_y(facing::heading(target) - facing::heading(source));
+        let turn = maths::turn_about(DVec3::Y, facing::heading(target) - facing::heading(source));
         let mut pairs = vec![None; target.n_joints()];
         for role in Role::ALL {
             let (Some(a), Some(b)) = (source.role(role), target.role(role)) else { continue };
@@ -185,7 +186,7 @@ fn set(pose: &mut Pose, id: JointId, rotation: DQuat, before: Option<&Pose>) -> 
             pose.set_euler(id, order.angles_near(rotation, previous))
         }
         (Motion::Hinge { axis, .. }, None) => {
-            let angle = 2.0 * rotation.xyz().dot(axis).atan2(rotation.w);
+            let angle = 2.0 * maths::atan2(rotation.xyz().dot(axis), rotation.w);
             pose.set_value(id, angle - std::f64::consts::TAU * (angle / std::f64::consts::TAU).round())
         }
         (motion, _) if turns_freely(&motion) => pose.set_rotation(id, rotation),

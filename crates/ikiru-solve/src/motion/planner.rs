@@ -165,12 +165,12 @@ impl<'a> Run<'a> {
             };
             return self.refuse(invalid);
         }
-        if self.solver.options().cost_below.is_none() {
-            if let Some(term) = self.state.conflict(&self.plan, self.motion) {
-                let conflict = "holds at given frames alone, and their poses do not meet it: \
-                    give it another time, or leave those frames free";
-                return self.refuse(Invalid::Term(term, conflict));
-            }
+        if self.solver.options().cost_below.is_none()
+            && let Some(term) = self.state.conflict(&self.plan, self.motion)
+        {
+            let conflict = "holds at given frames alone, and their poses do not meet it: \
+                give it another time, or leave those frames free";
+            return self.refuse(Invalid::Term(term, conflict));
         }
         let (outcome, restarts) = self.search(cost);
         let cost = self.settled_cost + self.state.evaluate(&self.plan, self.motion);

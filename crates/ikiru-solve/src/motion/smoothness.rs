@@ -4,7 +4,7 @@
 //! in the joint's own axes); the second and third are differences of those.
 
 use glam::DVec3;
-use ikiru_rig::{Motion, difference_joint};
+use ikiru_rig::{Motion, difference_joint, maths};
 
 use crate::plan::Plan;
 
@@ -174,7 +174,7 @@ fn inverse_right_jacobian(v: DVec3, x: DVec3) -> DVec3 {
         1.0 / 12.0 + square / 720.0
     } else {
         let angle = square.sqrt();
-        1.0 / square - 1.0 / (2.0 * angle * (0.5 * angle).tan())
+        1.0 / square - 1.0 / (2.0 * angle * maths::tan(0.5 * angle))
     };
     let once = v.cross(x);
     x + 0.5 * once + factor * v.cross(once)

@@ -1,7 +1,7 @@
 //! Rotation vectors and directions: what several objectives share.
 
 use glam::{DMat3, DVec3};
-use ikiru_rig::Frame;
+use ikiru_rig::{Frame, maths};
 
 use crate::objective::Rows;
 
@@ -15,7 +15,7 @@ pub(crate) fn inverse_right_jacobian(phi: DVec3) -> DMat3 {
         1.0 / 12.0 + square / 720.0
     } else {
         let theta = square.sqrt();
-        let (s, cos) = (0.5 * theta).sin_cos();
+        let (s, cos) = maths::sin_cos(0.5 * theta);
         1.0 / square - cos / (2.0 * theta * s)
     };
     let skew = DMat3::from_cols(
@@ -63,8 +63,8 @@ pub(crate) fn evaluate_direction(
     let unit = change.direction / length;
     let seen = frame.rotation.apply_inverse(unit.into()).value();
     let (c, u1, u2) = (seen.dot(axis), seen.dot(e1), seen.dot(e2));
-    let sine = u1.hypot(u2);
-    let angle = sine.atan2(c);
+    let sine = maths::hypot(u1, u2);
+    let angle = maths::atan2(sine, c);
     // û, the direction to turn in; where it is not defined, e1 decides.
     let (n1, n2, angle_by_sine) = if sine > 1e-9 {
         (u1 / sine, u2 / sine, angle / sine)

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use glam::{DQuat, DVec3};
 use ikiru_ipopt::{Bounds, Function, Options, Status, minimise};
-use ikiru_rig::{Cone, Motion};
+use ikiru_rig::{Cone, Motion, maths};
 
 use crate::plan::Plan;
 use crate::problem::Problem;
@@ -221,7 +221,7 @@ impl Charts {
         for turn in &self.turns {
             let [a, b, c] = self.variables(turn);
             let q = match &turn.chart {
-                Chart::About(start) => (*start * DQuat::from_scaled_axis(DVec3::new(a, b, c))).normalize(),
+                Chart::About(start) => (*start * maths::turn_by(DVec3::new(a, b, c))).normalize(),
                 Chart::SwingTwist(cone) => cone.compose([a, b], c),
             };
             coords[turn.coord..turn.coord + 4].copy_from_slice(&q.to_array());
@@ -243,7 +243,7 @@ impl Charts {
                 Chart::SwingTwist(cone) => {
                     // exp(s + ds) = exp(s) · exp(J ds), and exp(δ) · twist = twist · exp(twist⁻¹ δ).
                     let axes = [cone.first_swing_axis(), cone.axis().cross(cone.first_swing_axis())];
-                    let before_twist = DQuat::from_axis_angle(cone.axis(), c) * g;
+                    let before_twist = maths::turn_about(cone.axis(), c) * g;
                     let s = right_jacobian_transposed(axes[0] * a + axes[1] * b, before_twist);
                     DVec3::new(s.dot(axes[0]), s.dot(axes[1]), g.dot(cone.axis()))
                 }
@@ -261,7 +261,7 @@ fn right_jacobian_transposed(v: DVec3, g: DVec3) -> DVec3 {
     let (a, b) = if angle < 1e-3 {
         (0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0)
     } else {
-        (2.0 * (0.5 * angle).sin().powi(2) / square, (angle - angle.sin()) / (square * angle))
+        (2.0 * maths::sin(0.5 * angle).powi(2) / square, (angle - maths::sin(angle)) / (square * angle))
     };
     let turned = v.cross(g);
     g + a * turned + b * v.cross(turned)

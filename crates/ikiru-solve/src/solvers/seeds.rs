@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DQuat;
-use ikiru_rig::{Cone, Motion, Range};
+use ikiru_rig::{Cone, Motion, Range, maths};
 
 use crate::plan::Plan;
 
@@ -19,7 +19,7 @@ impl Seeds {
         let n = plan.n_dofs;
         let mut root = 1.5_f64;
         for _ in 0..64 {
-            root = (1.0 + root).powf(1.0 / (n as f64 + 1.0));
+            root = maths::powf(1.0 + root, 1.0 / (n as f64 + 1.0));
         }
         let mut power = 1.0;
         let steps = (0..n).map(|_| {
@@ -68,13 +68,13 @@ fn inside_range(range: &Range, start: f64, u: f64, motion: &Motion) -> f64 {
 /// Shoemake's uniform rotation of three uniform numbers.
 fn uniform_rotation([a, b, c]: [f64; 3]) -> DQuat {
     let (s, t) = ((1.0 - a).sqrt(), a.sqrt());
-    let (sin1, cos1) = (TAU * b).sin_cos();
-    let (sin2, cos2) = (TAU * c).sin_cos();
+    let (sin1, cos1) = maths::sin_cos(TAU * b);
+    let (sin2, cos2) = maths::sin_cos(TAU * c);
     DQuat::from_xyzw(s * sin1, s * cos1, t * sin2, t * cos2).normalize()
 }
 
 fn inside_cone(cone: &Cone, [a, b, c]: [f64; 3]) -> DQuat {
-    let (sin, cos) = (TAU * b).sin_cos();
+    let (sin, cos) = maths::sin_cos(TAU * b);
     let [first, second] = cone.swing();
     let twist = cone.twist();
     let q = cone

@@ -1,6 +1,6 @@
 //! One degree of freedom against points: how far to turn or move so that points come nearest to places.
 
-use ikiru_rig::{Vec3, project_joint, retract_joint};
+use ikiru_rig::{Vec3, maths, project_joint, retract_joint};
 
 use crate::plan::{Mover, Plan};
 
@@ -28,16 +28,19 @@ impl Pull {
     /// The best angle (radians) in `down..=up`, where `down ≤ 0 ≤ up`: the smallest, where several are as good; 0
     /// where all are.
     pub(crate) fn best_turn(&self, (down, up): (f64, f64)) -> f64 {
-        if self.along.hypot(self.across) < 1e-15 * self.weight {
+        if maths::hypot(self.along, self.across) < 1e-15 * self.weight {
             return 0.0;
         }
-        let best = self.across.atan2(self.along);
+        let best = maths::atan2(self.across, self.along);
         let other = best - std::f64::consts::TAU.copysign(best);
         if let Some(inside) = [best, other].into_iter().find(|a| (down..=up).contains(a)) {
             return inside;
         }
         // The sum is a cosine of the angle, so that on a range without its top the better end is the best.
-        let gain = |angle: f64| self.along * angle.cos() + self.across * angle.sin();
+        let gain = |angle: f64| {
+            let (sin, cos) = maths::sin_cos(angle);
+            self.along * cos + self.across * sin
+        };
         if gain(up) > gain(down) { up } else { down }
     }
 

@@ -1,6 +1,7 @@
 //! All tests of the crate in one program, which links once.
 
 mod baselines;
+mod bits;
 mod common;
 mod custom;
 #[cfg(feature = "ipopt")]
