@@ -2,8 +2,10 @@
 
 use ikiru_rig::{JointId, Pose};
 
+use crate::objective::Loss;
 use crate::plan::{Plan, TermPlan};
 use crate::problem::Problem;
+use crate::solvers::adam::whole_gradient;
 use crate::state::State;
 
 /// A derivative that does not agree with central differences.
@@ -27,6 +29,20 @@ pub enum CheckError {
         /// What central differences give.
         numeric: f64,
     },
+    /// An entry of the gradient of the cost differs, weights and losses included.
+    #[error(
+        "the gradient of the cost by degree of freedom {dof} of joint {joint:?} is {exact}, by central differences {numeric}"
+    )]
+    Gradient {
+        /// The joint.
+        joint: JointId,
+        /// Which of the joint's degrees of freedom.
+        dof: usize,
+        /// What the solver descends along.
+        exact: f64,
+        /// What central differences give.
+        numeric: f64,
+    },
     /// A term's numbers are wrong.
     #[error("term {0} {1}")]
     Invalid(usize, &'static str),
@@ -38,8 +54,13 @@ pub enum CheckError {
 /// Step of the differences, in radians or metres.
 const STEP: f64 = 1e-5;
 
-/// Compares the derivative of every term by every degree of freedom with central differences at a pose.
-/// `tolerance` is relative to 1 plus the entry; 1e-6 suits smooth objectives.
+/// How short a residual may be under a loss that has a kink at 0, for the gradient to be compared too.
+const NEAR_KINK: f64 = 100.0 * STEP;
+
+/// Compares the derivative of every term by every degree of freedom with central differences at a pose, and the
+/// gradient of the cost, weights and losses included. `tolerance` is relative to 1 plus the entry; 1e-6 suits smooth
+/// objectives. Where a residual under [`Loss::Norm`] is shorter than a millimetre (or a thousandth of a radian), the
+/// cost has a kink nearby, and its gradient is not compared.
 ///
 /// # Errors
 /// The first entry that differs, or what is wrong with the problem.
@@ -53,6 +74,16 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
     state.load(&plan, pose);
     state.evaluate(&plan, problem);
     state.linearize(&plan, problem, true);
+    let mut gradient = vec![0.0; plan.n_dofs];
+    let is_kinked = plan.terms.iter().any(|t| {
+        let loss = problem.terms()[t.term].objective.loss();
+        loss == Loss::Norm && t.parts.clone().any(|part| state.squares[part] < NEAR_KINK * NEAR_KINK)
+    });
+    if !is_kinked {
+        let mut weighted = state.clone();
+        weighted.linearize(&plan, problem, false);
+        whole_gradient(&plan, &weighted, &mut gradient);
+    }
     let start = state.coords.clone();
     let mut tangent = vec![0.0; plan.n_dofs];
     for mover in &plan.movers {
@@ -69,12 +100,12 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
                     coords,
                     &tangent[mover.dof..mover.dof + mover.n_dofs],
                 );
-                at.evaluate(&plan, problem);
+                let cost = at.evaluate(&plan, problem);
                 at.linearize(&plan, problem, true);
                 tangent[dof] = 0.0;
-                at
+                (at, cost)
             };
-            let (ahead, behind) = (shifted(1.0), shifted(-1.0));
+            let ((ahead, cost_ahead), (behind, cost_behind)) = (shifted(1.0), shifted(-1.0));
             let differs = |term, row, exact: f64, numeric: f64| {
                 if (exact - numeric).abs() <= tolerance * (1.0 + exact.abs()) {
                     return Ok(());
@@ -98,6 +129,10 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
             if let Some(t) = plan.terms.iter().find(|t| !t.joint_reads.is_empty()) {
                 differs(t.term, t.rows.len(), state.joint_gradient[dof], numeric)?;
             }
+            let (exact, numeric) = (gradient[dof], (cost_ahead - cost_behind) / (2.0 * STEP));
+            if !is_kinked && (exact - numeric).abs() > tolerance * (1.0 + exact.abs()) {
+                return Err(CheckError::Gradient { joint: mover.joint, dof: k, exact, numeric });
+            }
         }
     }
     Ok(())
@@ -112,7 +147,9 @@ mod tests {
     use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
     use super::*;
-    use crate::objective::{Inputs, Objective, Rows, Scratch};
+    use crate::objective::{Inputs, Objective, Part, Rows, Scratch, Unit};
+    use crate::objectives::Position;
+    use glam::DVec3;
 
     /// The residual of an objective for given frames.
     pub(crate) fn residual_at(objective: &dyn Objective, frames: &[Frame<f64>]) -> Vec<f64> {
@@ -137,7 +174,8 @@ mod tests {
             let rig = random_rig(1 + random.below(14), case);
             let mut problem = Problem::whole_body(&rig);
             let objective = make(&rig, &mut random);
-            problem.add(1.0, objective);
+            let weight = random.between(0.1, 2.0);
+            problem.add(weight, objective);
             for at_limits in [false, true] {
                 let mut pose = random_pose(&rig, &mut random);
                 if at_limits {
@@ -145,19 +183,73 @@ mod tests {
                     pose.retract(&far).unwrap();
                     pose.project();
                 }
-                // An angle within a step of its cut at π has no difference to compare with.
-                let result = check_jacobian(&problem, &pose, 2e-5);
-                if let Err(error) = result {
-                    let near_cut = {
-                        let plan = Plan::new(&problem);
-                        let mut state = State::new(&plan);
-                        state.load(&plan, &pose);
-                        state.evaluate(&plan, &problem);
-                        state.squares.iter().any(|s| s.sqrt() > 3.13)
-                    };
-                    assert!(near_cut, "case {case}: {error}");
+                if let Err(error) = check_jacobian(&problem, &pose, 2e-5) {
+                    assert!(is_near_cut(&problem, &pose, &error), "case {case}: {error}");
                 }
             }
         }
+    }
+
+    /// Whether an angle that the error is about is within a hundredth of its cut at π, where there is no difference to
+    /// compare with.
+    fn is_near_cut(problem: &Problem, pose: &Pose, error: &CheckError) -> bool {
+        let plan = Plan::new(problem);
+        let mut state = State::new(&plan);
+        state.load(&plan, pose);
+        state.evaluate(&plan, problem);
+        let is_cut =
+            |part: usize| plan.parts[part].unit == Unit::Radians && state.squares[part].sqrt() > 3.13;
+        match error {
+            CheckError::Differs { row, .. } => plan.terms.iter().any(|t| {
+                let mut first = 0;
+                t.frame_parts().any(|part| {
+                    let rows = first..first + plan.parts[part].n_rows;
+                    first = rows.end;
+                    rows.contains(row) && is_cut(part)
+                })
+            }),
+            CheckError::Gradient { .. } => (0..plan.parts.len()).any(is_cut),
+            _ => false,
+        }
+    }
+
+    #[test]
+    fn a_wrong_derivative_is_found() {
+        /// A position whose second row says a little too much of one direction.
+        #[derive(Debug)]
+        struct Lies(Position);
+        impl Objective for Lies {
+            fn kind(&self) -> &'static str {
+                "lies"
+            }
+            fn joints(&self) -> &[JointId] {
+                self.0.joints()
+            }
+            fn parts(&self) -> &[Part] {
+                self.0.parts()
+            }
+            fn loss(&self) -> Loss {
+                self.0.loss()
+            }
+            fn check(&self) -> Result<(), &'static str> {
+                Ok(())
+            }
+            fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
+                self.0.evaluate(inputs, rows);
+                if rows.wants_jacobian() {
+                    rows.derivative(0, 1)[1] *= 1.001;
+                }
+            }
+        }
+        let rig = random_rig(6, 3);
+        let joint = JointId::from_index(5);
+        let pose = random_pose(&rig, &mut Random::new(1));
+        let honest = Position::new(joint, DVec3::new(3.0, 2.0, 1.0));
+        let mut problem = Problem::whole_body(&rig);
+        problem.add(1.0, honest);
+        assert_eq!(check_jacobian(&problem, &pose, 1e-6), Ok(()));
+        let mut problem = Problem::whole_body(&rig);
+        problem.add(1.0, Lies(honest));
+        assert!(matches!(check_jacobian(&problem, &pose, 1e-6), Err(CheckError::Differs { row: 1, .. })));
     }
 }

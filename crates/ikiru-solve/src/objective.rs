@@ -245,3 +245,28 @@ pub trait Objective: Debug + Send + Sync + 'static {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_weight_of_a_loss_is_the_slope_of_its_cost() {
+        for loss in [Loss::Squared, Loss::Norm, Loss::Huber { width: 0.3 }, Loss::Huber { width: 2.0 }] {
+            for square in [1e-6, 0.04, 0.089, 0.0901, 0.5, 3.9, 4.1, 100.0] {
+                let h = 1e-4 * square;
+                let slope = (loss.cost(square + h) - loss.cost(square - h)) / (2.0 * h);
+                let weight = loss.weight(square);
+                assert!(
+                    (weight - slope).abs() < 1e-6 * (1.0 + slope),
+                    "{loss:?} at {square}: {weight}, {slope}"
+                );
+            }
+        }
+        // Square inside, straight outside, and the same where the two meet.
+        let huber = Loss::Huber { width: 0.5 };
+        assert_eq!([0.04, 0.25, 4.0].map(|square| huber.cost(square)), [0.04, 0.25, 1.75]);
+        assert_eq!([Loss::Squared, Loss::Norm].map(|loss| loss.cost(9.0)), [9.0, 3.0]);
+        assert!(Loss::Norm.weight(0.0).is_finite());
+    }
+}

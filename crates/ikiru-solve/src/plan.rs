@@ -87,6 +87,8 @@ pub(crate) struct TermPlan {
     pub(crate) parts: Range<usize>,
     pub(crate) n_frame_parts: usize,
     pub(crate) joint_reads: Vec<JointRead>,
+    /// Whether nothing that moves is read: it costs the same at every pose of a solve.
+    pub(crate) is_constant: bool,
     /// The parts of its joint rows that turn, and of those that slide; where there are none, the part is not used.
     pub(crate) turn_part: usize,
     pub(crate) slide_part: usize,
@@ -372,6 +374,7 @@ impl Plan {
                 parts: first_part..self.parts.len(),
                 n_frame_parts,
                 joint_reads,
+                is_constant: false,
                 turn_part,
                 slide_part,
             });
@@ -382,11 +385,16 @@ impl Plan {
     /// it can move. Below a joint lies one run of nodes, so that the spans are tight.
     fn place_rows(&mut self) {
         let mut by_tree: Vec<usize> = (0..self.terms.len()).collect();
+        for idx in 0..self.terms.len() {
+            let term = &self.terms[idx];
+            let moves = term.nodes.iter().any(|node| self.is_moved(*node))
+                || term.joint_reads.iter().any(|read| read.dof.is_some());
+            self.terms[idx].is_constant = !moves;
+        }
         // What nothing moves stands first, where no span has to reach over it.
         by_tree.sort_by_key(|t| {
-            let nodes = &self.terms[*t].nodes;
-            let moves = nodes.iter().any(|node| self.is_moved(*node));
-            (moves, nodes.first().copied().unwrap_or(NONE))
+            let term = &self.terms[*t];
+            (!term.is_constant, term.nodes.first().copied().unwrap_or(NONE))
         });
         for t in by_tree {
             let n_rows = self.terms[t].rows.len();

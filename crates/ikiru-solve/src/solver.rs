@@ -278,3 +278,48 @@ fn term_gradient(plan: &Plan, state: &State, term: usize, gradient: &mut [f64]) 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+    use super::*;
+    use crate::objectives::PoseTarget;
+    use crate::options::Search;
+
+    #[test]
+    fn limits_hold_in_every_pose_that_a_method_looks_at() {
+        let mut random = Random::new(9);
+        for &method in Method::ALL.iter().filter(|method| method.name() != "ipopt") {
+            let mut n_seen = 0;
+            for case in 0..40 {
+                let rig = random_rig(2 + random.below(16), case);
+                let joint = ikiru_rig::JointId::from_index(rig.n_joints() - 1);
+                let frame = random_pose(&rig, &mut random).frame(joint);
+                let mut problem = Problem::whole_body(&rig);
+                // Out of reach for some, so that limits are met.
+                let (position, rotation) =
+                    (glam::DVec3::from(frame.origin) * 1.3, frame.rotation.quaternion());
+                problem.add(1.0, PoseTarget::new(joint, position, rotation));
+                let search = if case % 2 == 0 { Search::Local } else { Search::Global { max_restarts: 2 } };
+                let options =
+                    SolverOptions { method, search, max_iterations: 25, ..SolverOptions::default() };
+                let solver = Solver::new(options);
+                let mut workspace = solver.workspace(&problem);
+                workspace.state.seen = Some(Vec::new());
+                let mut pose = random_pose(&rig, &mut random);
+                let iterations = solver.solve(&problem, &mut pose, &mut workspace).iterations;
+                let seen = workspace.state.seen.take().unwrap();
+                assert!(seen.len() > iterations);
+                n_seen += seen.len();
+                for coords in seen {
+                    workspace.state.coords.copy_from_slice(&coords);
+                    workspace.state.store(&workspace.plan, &mut pose);
+                    let beyond = pose.limit_violation();
+                    assert!(beyond < 1e-9, "{}, case {case}: {beyond}", method.name());
+                }
+            }
+            assert!(n_seen > 500, "{}: {n_seen} poses", method.name());
+        }
+    }
+}

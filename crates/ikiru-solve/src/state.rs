@@ -6,6 +6,18 @@ use crate::objective::{Inputs, JointRows, Rows, Scratch};
 use crate::plan::{NONE, Node, Plan, TermPlan, n_translations};
 use crate::problem::{Terms, Tolerance};
 
+/// What is known of the terms that read nothing that moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Constants {
+    /// Nothing yet, of this pose and these targets.
+    #[default]
+    Unknown,
+    /// Their residuals.
+    Evaluated,
+    /// Their scaled residuals too.
+    Linearized,
+}
+
 /// Everything that changes while a problem is solved.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct State {
@@ -16,6 +28,7 @@ pub(crate) struct State {
     /// The coordinates that the links were made from.
     link_coords: Vec<f64>,
     links_are_current: bool,
+    constants: Constants,
     frames: Vec<Frame<f64>>,
     /// World axis of each direction of each node.
     directions: Vec<Vec3<f64>>,
@@ -37,6 +50,9 @@ pub(crate) struct State {
     joint_residual: [f64; 6],
     joint_jacobian: Vec<f64>,
     scratch: Scratch,
+    /// Every pose that was evaluated, for tests that ask for them.
+    #[cfg(test)]
+    pub(crate) seen: Option<Vec<Vec<f64>>>,
 }
 
 impl State {
@@ -49,6 +65,7 @@ impl State {
             links: vec![(identity, false); plan.nodes.len()],
             link_coords: vec![0.0; plan.link_coords.len()],
             links_are_current: false,
+            constants: Constants::Unknown,
             frames: vec![identity; plan.nodes.len()],
             directions: vec![Vec3::zero(); plan.n_screws],
             residual: vec![0.0; plan.n_rows],
@@ -66,6 +83,8 @@ impl State {
                 frames: Vec::with_capacity(most(&|t| t.nodes.len())),
                 residual: Vec::with_capacity(most_rows),
             },
+            #[cfg(test)]
+            seen: None,
         }
     }
 
@@ -73,6 +92,7 @@ impl State {
     /// matters is not finite or a quaternion not of unit length.
     pub(crate) fn load(&mut self, plan: &Plan, pose: &Pose) -> bool {
         self.load_coords(plan, pose);
+        self.forget_constants();
         if !plan.movers.iter().all(|m| is_valid(&m.motion, &self.coords[m.coord..m.coord + m.n_coords])) {
             return false;
         }
@@ -107,6 +127,11 @@ impl State {
             self.links[idx] = (link, is_translation);
         }
         true
+    }
+
+    /// Has terms that read nothing that moves evaluated again: joints that stay may stand elsewhere, or targets.
+    pub(crate) fn forget_constants(&mut self) {
+        self.constants = Constants::Unknown;
     }
 
     fn load_coords(&mut self, plan: &Plan, pose: &Pose) {
@@ -203,11 +228,21 @@ impl State {
     /// Frames, residuals and cost at the current coordinates. A cost that is not a number comes out as
     /// infinite, so that no step leads there.
     pub(crate) fn evaluate(&mut self, plan: &Plan, terms: &impl Terms) -> f64 {
+        #[cfg(test)]
+        if let Some(seen) = &mut self.seen {
+            seen.push(self.coords.clone());
+        }
         self.forward(plan);
         let mut cost = 0.0;
         for t in plan.terms.iter().filter(|t| terms.is_on(t.term)) {
             let (weight, objective) = (terms.weight(t.term), terms.objective(t.term));
             let loss = objective.loss();
+            if t.is_constant && self.constants != Constants::Unknown {
+                for part in t.parts.clone() {
+                    cost += weight * loss.cost(self.squares[part]);
+                }
+                continue;
+            }
             if !t.rows.is_empty() {
                 let residual = &mut self.residual[t.rows.clone()];
                 let gathered = &mut self.gathered[..t.nodes.len()];
@@ -248,6 +283,9 @@ impl State {
                 }
             }
         }
+        if self.constants == Constants::Unknown {
+            self.constants = Constants::Evaluated;
+        }
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
@@ -258,6 +296,9 @@ impl State {
         self.joint_gradient.fill(0.0);
         self.joint_curvature.fill(0.0);
         for t in plan.terms.iter().filter(|t| terms.is_on(t.term)) {
+            if t.is_constant && self.constants == Constants::Linearized {
+                continue;
+            }
             let (weight, loss) = (terms.weight(t.term), terms.objective(t.term).loss());
             for part in t.parts.clone() {
                 self.weights[part] = if plain { 1.0 } else { weight * loss.weight(self.squares[part]) };
@@ -271,6 +312,7 @@ impl State {
                 self.linearize_joints(rows, t);
             }
         }
+        self.constants = Constants::Linearized;
     }
 
     fn linearize_frames(&mut self, plan: &Plan, terms: &impl Terms, t: &TermPlan) {

@@ -61,7 +61,7 @@ impl Run<'_> {
     pub(super) fn run_limited(&mut self, cost: f64, bar: &Bar) -> Outcome {
         let mut outcome = self.run_unlimited(cost, bar);
         if self.exceeded_now().is_empty() {
-            return outcome;
+            return Outcome { keeps_rates: true, ..outcome };
         }
         if outcome.stop == StopReason::TimeBudget {
             // No time to be led within the limits: what is known to keep them comes back.
@@ -121,7 +121,8 @@ impl Run<'_> {
 
     fn end_limited(&mut self, keeps: bool, stop: StopReason, is_rate_bound: bool) -> Outcome {
         let cost = self.state.evaluate(&self.plan, self.motion);
-        Outcome { cost: if keeps { cost } else { f64::INFINITY }, stop, is_rate_bound }
+        let cost = if keeps { cost } else { f64::INFINITY };
+        Outcome { cost, stop, is_rate_bound, keeps_rates: keeps }
     }
 
     /// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates: the straight

@@ -50,11 +50,13 @@ pub(super) struct Outcome {
     pub(super) stop: StopReason,
     /// Whether all that is wanted was met as if nothing limited rates: another start hardly helps then.
     pub(super) is_rate_bound: bool,
+    /// Whether it was measured to keep all limits on rates.
+    pub(super) keeps_rates: bool,
 }
 
 impl Outcome {
     pub(super) fn new(cost: f64, stop: StopReason) -> Self {
-        Self { cost, stop, is_rate_bound: false }
+        Self { cost, stop, is_rate_bound: false, keeps_rates: false }
     }
 }
 
@@ -184,6 +186,8 @@ impl<'a> Run<'a> {
         let exceeded;
         if self.motion.has_free_duration() {
             (clip, exceeded) = self.slow_down(clip, &mut terms);
+        } else if outcome.keeps_rates {
+            exceeded = Vec::new();
         } else {
             exceeded = self.exceeded(&clip);
         }

@@ -97,6 +97,7 @@ impl MotionState {
     fn enter(&mut self, plan: &Plan, t: usize) {
         let nc = plan.n_coords;
         self.frame.coords[..nc].copy_from_slice(&self.coords[t * nc..(t + 1) * nc]);
+        self.frame.forget_constants();
         self.evaluated = None;
     }
 

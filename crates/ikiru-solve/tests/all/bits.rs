@@ -13,8 +13,12 @@ use ikiru_solve::{AdamOptions, Loss, Method, Problem, Search, Solver, SolverOpti
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
 /// What the solves of each method come to.
-pub(crate) const BITS: [(Method, u64); 4] =
-    [(Method::Lm, 0xDCA5_A94C_2F32_3828), (Method::Adam(AdamOptions::DEFAULT), 0x3A51_90AD_E357_09F2), (Method::Ccd, 0x44FB_55FF_7B76_CAE1), (Method::Fabrik, 0x3C89_FCBF_075F_FAAB)];
+pub(crate) const BITS: [(Method, u64); 4] = [
+    (Method::Lm, 0xDCA5_A94C_2F32_3828),
+    (Method::Adam(AdamOptions::DEFAULT), 0x3A51_90AD_E357_09F2),
+    (Method::Ccd, 0x44FB_55FF_7B76_CAE1),
+    (Method::Fabrik, 0x3C89_FCBF_075F_FAAB),
+];
 
 /// How many problems, and solves of each: from the rest pose, then from where the last one ended.
 const N_PROBLEMS: usize = 250;

@@ -2,6 +2,8 @@
 //! reached, and what cannot names joint and time.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use std::time::Duration;
+
 use glam::DVec3;
 use ikiru_rig::{
     Clip, ClipError, EulerOrder, Joint, JointId, Motion, Part, Pose, Range, Rate, RateLimit, Rig, RigBuilder,
@@ -91,6 +93,29 @@ fn a_hinge_goes_as_far_as_its_speed_lets_it() {
         let expected = f64::min(2.0, most);
         assert!((end - expected).abs() < 0.003 * expected, "{end} of {expected}");
     }
+}
+
+#[test]
+fn a_budget_that_has_run_out_leaves_what_is_known_to_keep_the_limits() {
+    let (rig, joint, tip) = one(hinge());
+    let turned = |angle: f64| {
+        let mut pose = rig.rest_pose();
+        pose.set_value(joint, angle).unwrap();
+        pose
+    };
+    let goal = DVec3::new(0.5 * 2.9_f64.cos(), 0.5 * 2.9_f64.sin(), 0.0);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.0)]).unwrap();
+    motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
+    // A guess that meets the target far too fast.
+    let guess = Clip::new("", vec![0.0, 1.0], vec![turned(0.0), turned(2.9)]).unwrap();
+    let solver = Solver::new(SolverOptions { max_time: Some(Duration::ZERO), ..SolverOptions::default() });
+    let planned = solver.plan(&motion, &guess, &mut MotionWorkspace::default());
+    assert_eq!((planned.report.stop, planned.report.iterations), (StopReason::TimeBudget, 0));
+    assert!(planned.report.exceeded.is_empty() && !planned.report.success);
+    assert!(measured(&planned.clip, joint, Part::Rotation).0 <= 1.0);
+    assert_eq!(planned.clip.poses()[0], rig.rest_pose());
 }
 
 #[test]
