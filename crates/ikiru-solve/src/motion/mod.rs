@@ -3,6 +3,8 @@
 
 mod adam;
 mod banded;
+#[cfg(test)]
+mod cases;
 mod cones;
 mod error;
 mod frame_terms;

@@ -231,3 +231,82 @@ impl RateBounds {
         worst
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::cases::case;
+    use ikiru_rig::Clip;
+
+    #[test]
+    fn the_gradient_is_that_of_central_differences() {
+        for number in 0..20 {
+            let mut case = case(number, true);
+            case.state.evaluate(&case.plan, &case.motion);
+            let n = case.plan.n_dofs;
+            let mut first = case.state.smoothness.first().to_vec();
+            let bounds = &mut case.state.rate_bounds;
+            // Multipliers that are not all 0.
+            bounds.update(n, &first);
+            let mut pull = vec![0.0; first.len()];
+            bounds.linearize(n, &first, &mut pull);
+            assert!(pull.iter().any(|p| *p != 0.0) && bounds.is_bent.iter().any(|bent| *bent));
+            for i in 0..n * (bounds.n_frames - 1) {
+                let (x, h) = (first[i], 1e-7);
+                let mut cost_at = |x: f64| {
+                    first[i] = x;
+                    bounds.cost(n, &first)
+                };
+                let numeric = (cost_at(x + h) - cost_at(x - h)) / (4.0 * h);
+                first[i] = x;
+                assert!(
+                    (numeric - pull[i]).abs() < 1e-5 * (1.0 + pull[i].abs()),
+                    "{numeric} is not {}",
+                    pull[i]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_keeps_the_bounds_keeps_the_limits_on_the_curve() {
+        let mut n_kept = 0;
+        for number in 0..30 {
+            let mut case = case(number, true);
+            case.state.evaluate(&case.plan, &case.motion);
+            let rig = case.motion.rig().clone();
+            let n_frames = case.state.n_frames;
+            let timeline = case.motion.timeline().clone();
+            let poses = (0..n_frames).map(|t| {
+                let mut pose = rig.rest_pose();
+                case.state.store(&case.plan, t, &mut pose);
+                pose
+            });
+            let clip = Clip::new("", timeline.times(), poses.collect()).unwrap();
+            let first = case.state.smoothness.first().to_vec();
+            let mut longest = std::collections::HashMap::<usize, f64>::new();
+            let bounds = &case.state.rate_bounds;
+            bounds.visit(case.plan.n_dofs, &first, |bound, place| {
+                let idx = bounds.bounds.iter().position(|b| b.limit == bound.limit).unwrap();
+                let ratio = longest.entry(idx).or_default();
+                *ratio = ratio.max(place.length / bound.most);
+            });
+            for (idx, bound) in bounds.bounds.iter().enumerate() {
+                let joint = rig.get(bound.limit.joint).unwrap();
+                // Slopes are clipped to ranges and cones on the curve, which only the exact measuring sees; frames that
+                // are given count for nobody.
+                let is_plain =
+                    joint.motion.cone().is_none() && joint.motion.ranges().iter().all(|r| r.is_unlimited());
+                if !is_plain || case.state.is_given.contains(&true) {
+                    continue;
+                }
+                let limit = RateLimit { most: bound.limit.most * longest[&idx] * 1.05, ..bound.limit };
+                // A turn accelerates a little beside its rotation vector: by less than a twentieth here.
+                let most = clip.exceeded(&[limit]).unwrap();
+                assert!(most.is_empty(), "case {number}: {:?}", most[0]);
+                n_kept += 1;
+            }
+        }
+        assert!(n_kept > 20, "{n_kept}");
+    }
+}

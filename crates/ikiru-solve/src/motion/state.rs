@@ -326,3 +326,79 @@ impl MotionState {
         bad.map(|t| t.term)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::cases::case;
+
+    #[test]
+    fn the_gradient_of_the_whole_motion_is_that_of_its_cost() {
+        for number in 0..40 {
+            let mut case = case(number, number % 2 == 1);
+            let (plan, motion) = (&case.plan, &case.motion);
+            case.state.evaluate(plan, motion);
+            case.state.linearize(plan, motion);
+            let mut gradient = case.state.gradient.clone();
+            case.state.rows.add_transposed(&case.state.rows.residual, &mut gradient);
+            let (n, nc, h) = (plan.n_dofs, plan.n_coords, 1e-6);
+            let start = case.state.coords.clone();
+            for t in 0..case.state.n_frames {
+                for m in &plan.movers {
+                    for k in 0..m.n_dofs {
+                        let mut cost_at = |way: f64| {
+                            let mut tangent = [0.0; 6];
+                            tangent[k] = way;
+                            case.state.coords.copy_from_slice(&start);
+                            let at = t * nc + m.coord;
+                            let coords = &mut case.state.coords[at..at + m.n_coords];
+                            retract_joint(&m.motion, coords, &tangent[..m.n_dofs]);
+                            case.state.evaluate(plan, motion)
+                        };
+                        let numeric = (cost_at(h) - cost_at(-h)) / (4.0 * h);
+                        let exact = gradient[t * n + m.dof + k];
+                        let near = (numeric - exact).abs() < 2e-5 * (1.0 + exact.abs());
+                        assert!(near, "case {number}, frame {t}: {numeric} is not {exact}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rows_are_what_residuals_change_by() {
+        for number in 0..20 {
+            let mut case = case(number, false);
+            let (plan, motion) = (&case.plan, &case.motion);
+            case.state.evaluate(plan, motion);
+            case.state.linearize(plan, motion);
+            let start = case.state.coords.clone();
+            let size = case.state.gradient.len();
+            let h = 1e-6;
+            let tangent: Vec<f64> = (0..size).map(|idx| h * ((idx * 7 % 11) as f64 / 5.0 - 1.0)).collect();
+            let mut change = vec![0.0; case.state.rows.n_rows()];
+            case.state.rows.add_product(&tangent, &mut change);
+            let mut residual_at = |sign: f64| {
+                // Not `step`: limits must not hold the difference back.
+                case.state.coords.copy_from_slice(&start);
+                for t in 0..case.state.n_frames {
+                    for m in &plan.movers {
+                        let at = t * plan.n_coords + m.coord;
+                        let dofs = t * plan.n_dofs + m.dof;
+                        let way: Vec<f64> = tangent[dofs..dofs + m.n_dofs].iter().map(|d| sign * d).collect();
+                        retract_joint(&m.motion, &mut case.state.coords[at..at + m.n_coords], &way);
+                    }
+                }
+                case.state.evaluate(plan, motion);
+                let mut residual = Vec::new();
+                case.state.scaled_residuals(plan, motion, &mut residual);
+                residual
+            };
+            let (ahead, behind) = (residual_at(1.0), residual_at(-1.0));
+            for ((a, b), change) in ahead.iter().zip(&behind).zip(&change) {
+                let numeric = 0.5 * (a - b);
+                assert!((numeric - change).abs() < 1e-3 * h, "case {number}: {numeric} is not {change}");
+            }
+        }
+    }
+}

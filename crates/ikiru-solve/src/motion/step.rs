@@ -215,3 +215,73 @@ impl MotionStep {
         cost + self.bend_beside_rows(state)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::cases::case;
+
+    #[test]
+    fn a_step_stays_inside_all_limits_and_falls() {
+        let mut n_held = 0;
+        for number in 0..60 {
+            let mut case = case(number, number % 3 == 1);
+            let (plan, motion) = (&case.plan, &case.motion);
+            let cost = case.state.evaluate(plan, motion);
+            case.state.linearize(plan, motion);
+            let mut step = MotionStep::new(plan, &case.state);
+            assert!(step.begin(plan, &case.state) > 0.0);
+            for part in [1e-4, 0.05, 10.0] {
+                assert!(step.solve(plan, &case.state, part * step.scale(&case.state)));
+                let predicted = step.predicted_cost(&case.state);
+                assert!(predicted < cost * (1.0 + 1e-12), "case {number}: {predicted} from {cost}");
+                let slope: f64 = step.gradient.iter().zip(&step.delta).map(|(g, d)| g * d).sum();
+                assert!(slope < 0.0, "case {number}: {slope}");
+                for t in 0..case.state.n_frames {
+                    for k in 0..plan.n_dofs {
+                        let (delta, idx) = (step.delta[t * plan.n_dofs + k], t * plan.n_dofs + k);
+                        assert!(!case.state.is_given[t] || delta == 0.0);
+                        let x = case.state.coords[t * plan.n_coords + plan.coord_of_dof[k]];
+                        let inside = delta.max(plan.lower[k] - x).min(plan.upper[k] - x);
+                        assert!((delta - inside).abs() < 1e-12, "case {number}: {delta} at {x}");
+                        n_held += usize::from(!step.open[idx] && !case.state.is_given[t]);
+                    }
+                }
+                // Cones are boxes in the tangent spaces of their balls, each at its own frame.
+                for m in plan.movers.iter().filter(|m| m.motion.cone().is_some()) {
+                    let cone = m.motion.cone().unwrap();
+                    for t in (0..case.state.n_frames).filter(|t| !case.state.is_given[*t]) {
+                        let at = t * plan.n_coords + m.coord + m.n_coords - 4;
+                        let q = glam::DQuat::from_slice(&case.state.coords[at..at + 4]);
+                        let limits = cone.tangent_box(q);
+                        let dof = t * plan.n_dofs + m.dof + m.n_dofs - 3;
+                        let turn = glam::DVec3::from_slice(&step.delta[dof..dof + 3]);
+                        for (axis, (down, up)) in limits.axes.iter().zip(limits.room) {
+                            let along = axis.dot(turn);
+                            assert!(along >= down - 1e-9 && along <= up + 1e-9, "case {number}: {along}");
+                        }
+                    }
+                }
+            }
+        }
+        assert!(n_held > 20, "{n_held}");
+    }
+
+    #[test]
+    fn small_steps_gain_what_the_model_promises() {
+        for number in 0..30 {
+            let mut case = case(number, false);
+            let (plan, motion) = (&case.plan, &case.motion);
+            let cost = case.state.evaluate(plan, motion);
+            case.state.linearize(plan, motion);
+            let mut step = MotionStep::new(plan, &case.state);
+            step.begin(plan, &case.state);
+            assert!(step.solve(plan, &case.state, 1e5 * step.scale(&case.state)));
+            let promised = cost - step.predicted_cost(&case.state);
+            let from = case.state.coords.clone();
+            case.state.step(plan, &from, &step.delta);
+            let gained = cost - case.state.evaluate(plan, motion);
+            assert!((gained - promised).abs() < 0.02 * promised, "case {number}: {gained} of {promised}");
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! Ipopt as a method: the minimum that Levenberg–Marquardt finds, limits, and every reason to stop.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::DVec3;
 use ikiru_rig::{Cone, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
@@ -133,14 +133,12 @@ fn every_stop_rule_stops() {
     assert_eq!(run(none, &problem).1, StopReason::TimeBudget);
     problem[id].target = DVec3::new(9.0, 0.0, 1.0);
     assert_eq!(run(IPOPT, &problem).1, StopReason::Converged);
-    let started = Instant::now();
     let endless = SolverOptions {
         max_time: Some(Duration::from_millis(20)),
         search: Search::Global { max_restarts: 100_000_000 },
         ..bar
     };
     assert_eq!(run(endless, &problem).1, StopReason::TimeBudget);
-    assert!(started.elapsed() < Duration::from_secs(5), "it would take hours without the budget");
 }
 
 #[test]

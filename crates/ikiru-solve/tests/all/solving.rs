@@ -1,7 +1,7 @@
 //! What a solve promises: limits at every iterate, the same bits twice, reasons for every end.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
 use ikiru_rig::{Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
@@ -313,10 +313,8 @@ fn every_stop_rule_stops() {
     // milliseconds ends a search that would go on for much longer.
     let none = SolverOptions { max_time: Some(Duration::ZERO), ..bar };
     assert_eq!((run(none, &problem).0, run(none, &problem).1), (StopReason::TimeBudget, 0));
-    let started = Instant::now();
     let endless = SolverOptions { max_time: Some(Duration::from_millis(5)), ..global(100_000_000) };
     assert_eq!(run(endless, &problem).0, StopReason::TimeBudget);
-    assert!(started.elapsed() < Duration::from_secs(5), "it would take minutes without the budget");
 }
 
 #[test]

@@ -1,0 +1,108 @@
+//! Random motions for the unit tests of this folder: every joint motion, terms of every form, all that is beside rows.
+
+use ikiru_rig::{JointId, Part, Pose, Rate, RateLimit};
+use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+use crate::motion::problem::MotionProblem;
+use crate::motion::state::MotionState;
+use crate::motion::timeline::Timeline;
+use crate::motion::when::When;
+use crate::objective::Loss;
+use crate::objectives::{PoseTarget, Position, RestPose};
+use crate::plan::Plan;
+
+/// A motion problem, laid out, with a state that holds some motion inside its limits.
+pub(crate) struct Case {
+    pub(crate) motion: MotionProblem,
+    pub(crate) plan: Plan,
+    pub(crate) state: MotionState,
+}
+
+/// A case by number. With `rates`, speeds and accelerations of its joints are limited to less than they are.
+pub(crate) fn case(number: u64, rates: bool) -> Case {
+    let mut random = Random::new(number);
+    let rig = random_rig(3 + random.below(6), number);
+    let timeline = Timeline::seconds(1.0, 4.0 + random.below(6) as f64).unwrap();
+    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline.clone());
+    motion.set_smoothness([0, 1, 2].map(|_| random.between(0.0, 0.2))).unwrap();
+    motion.set_joint_smoothness(JointId::from_index(1), [0.3, 0.0, 0.1]).unwrap();
+    motion.set_at_rest(random.below(2) == 0, random.below(2) == 0);
+    if random.below(2) == 0 {
+        motion.set_even_spacing(0.2).unwrap();
+    }
+    let joint = |random: &mut Random| JointId::from_index(random.below(rig.n_joints()));
+    let loss = [Loss::Squared, Loss::Norm, Loss::Huber { width: 0.2 }][random.below(3)];
+    motion
+        .add(0.7, When::End, Position { loss, ..Position::new(joint(&mut random), random.vector(1.0)) })
+        .unwrap();
+    let (target, tilt) = (random.vector(0.5), random.rotation());
+    motion.add(0.4, When::At(0.5), PoseTarget::new(joint(&mut random), target, tilt)).unwrap();
+    let way = random.vector(0.5);
+    let led = joint(&mut random);
+    motion.add_moving(0.3, When::Throughout, |secs| Position::new(led, target + way * secs)).unwrap();
+    let joints: Vec<JointId> = motion.terms().active().collect();
+    motion.add(0.05, When::Throughout, RestPose::new(&joints, random_pose(&rig, &mut random))).unwrap();
+    // Frames near each other, as in a motion: half a turn from frame to frame is a corner of the distance.
+    let mut poses = vec![random_pose(&rig, &mut random)];
+    for t in 1..timeline.n_frames() {
+        let mut pose = poses[t - 1].clone();
+        let step: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-0.3, 0.3)).collect();
+        pose.retract(&step).unwrap();
+        pose.project();
+        poses.push(pose);
+    }
+    if random.below(2) == 0 {
+        motion.fix_start(&poses[0]).unwrap();
+    }
+    if rates {
+        let mut limits = Vec::new();
+        for joint in joints {
+            for part in [Part::Rotation, Part::Translation].into_iter().filter(|part| part.is_of(&rig, joint))
+            {
+                limits.push(RateLimit { joint, part, rate: Rate::Speed, most: random.between(0.5, 2.0) });
+                limits.push(RateLimit {
+                    joint,
+                    part,
+                    rate: Rate::Acceleration,
+                    most: random.between(2.0, 9.0),
+                });
+            }
+        }
+        motion.set_rate_limits(&limits).unwrap();
+    }
+    let plan = Plan::with(motion.terms(), &motion.led());
+    let mut state = MotionState::new(&plan, &motion);
+    load(&mut state, &plan, &poses);
+    if rates {
+        state.rate_bounds.begin(0.3);
+    }
+    Case { motion, plan, state }
+}
+
+fn load(state: &mut MotionState, plan: &Plan, poses: &[Pose]) {
+    for (t, pose) in poses.iter().enumerate() {
+        assert!(state.load(plan, t, pose));
+    }
+}
+
+/// The solution of a dense system, by elimination with pivots: slow, and nothing that the solver uses.
+pub(crate) fn eliminate(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
+    let n = b.len();
+    for i in 0..n {
+        let pivot = (i..n).max_by(|p, q| a[*p][i].abs().total_cmp(&a[*q][i].abs())).unwrap();
+        a.swap(i, pivot);
+        b.swap(i, pivot);
+        for row in i + 1..n {
+            let factor = a[row][i] / a[i][i];
+            for column in i..n {
+                a[row][column] -= factor * a[i][column];
+            }
+            b[row] -= factor * b[i];
+        }
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|k| a[i][k] * b[k]).sum();
+        b[i] = (b[i] - known) / a[i][i];
+    }
+    b
+}
