@@ -1,9 +1,10 @@
 //! A warm solve does not allocate: every allocation of this process is counted.
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Frame, JointId, Scalar};
+use ikiru_rig::{Frame, JointId, Motion, Rig, Scalar};
 use ikiru_solve::objectives::{
-    Direction, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
+    Apart, Direction, Distance, JointAngles, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget,
+    Position, RelativePose, RestPose,
 };
 use ikiru_solve::{Method, Problem, Residual, Search, Solver, SolverOptions};
 use ikiru_testkit::allocations::count;
@@ -24,6 +25,15 @@ impl Residual for KeepApart {
     }
 }
 
+/// Some angles for a joint, of the form that its motion has.
+fn angles_of(rig: &Rig, joint: JointId) -> JointAngles {
+    match rig.get(joint).map(|joint| joint.motion) {
+        Some(Motion::Euler { .. }) => JointAngles::Euler([Some(0.1), None, Some(-0.2)]),
+        Some(Motion::Ball { .. } | Motion::Free { .. }) => JointAngles::Rotation(DQuat::from_rotation_x(0.2)),
+        _ => JointAngles::Value(0.1),
+    }
+}
+
 #[test]
 fn after_one_warm_up_nothing_allocates() {
     assert!(count(|| drop(std::hint::black_box(vec![1_u8; 100]))) > 0, "the counter counts");
@@ -38,8 +48,12 @@ fn after_one_warm_up_nothing_allocates() {
         problem.add(0.1, LookAt::new(a, DVec3::Z, DVec3::ONE));
         problem.add(0.1, Direction::new(b, DVec3::Y, DVec3::X));
         problem.add(0.1, KeepApart { joints: [a, b], distance: 0.2 });
-        problem.add(0.1, KnownRotation::new(&[]));
+        problem.add(0.1, RelativePose::new(a, b, Some(DVec3::ONE), Some(DQuat::IDENTITY)));
+        problem.add(0.1, Distance::new([a, b], Apart::AtLeast(0.5)));
+        problem.add(0.1, PoleVector { joints: [JointId::from_index(0), b, a], target: DVec3::Y });
         let joints: Vec<JointId> = problem.active().collect();
+        let given: Vec<_> = joints.iter().map(|joint| (*joint, angles_of(&rig, *joint))).collect();
+        problem.add(0.1, KnownRotation::new(&given));
         problem.add(0.01, RestPose::new(&joints, rig.rest_pose()));
         for &method in Method::ALL.iter().filter(|m| m.name() != "ipopt") {
             for search in [Search::Local, Search::Global { max_restarts: 5 }] {
