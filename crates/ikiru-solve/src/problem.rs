@@ -257,11 +257,12 @@ impl Problem {
                 return Err((idx, "has a Huber loss whose width is not finite and positive"));
             }
             let n_joints = self.rig.n_joints();
-            if objective.joints().iter().chain(joints_read(&**objective)).any(|j| j.index() >= n_joints) {
+            let own = joints_read(&**objective);
+            if objective.joints().iter().chain(own).any(|j| j.index() >= n_joints) {
                 return Err((idx, "names a joint that the rig does not have"));
             }
             let follows = |joint: &JointId| self.rig.get(*joint).is_some_and(|data| data.mimic.is_some());
-            if joints_read(&**objective).iter().any(follows) {
+            if own.iter().any(follows) {
                 return Err((idx, "reads the motion of a joint that follows another: name its leader"));
             }
             check_objective(&self.rig, &**objective).map_err(|reason| (idx, reason))?;
@@ -273,8 +274,13 @@ impl Problem {
 /// Whether an objective's numbers are usable, and fit the rig.
 pub(crate) fn check_objective(rig: &Rig, objective: &dyn Objective) -> Result<(), &'static str> {
     objective.check()?;
-    objective.joint_rows().map_or(Ok(()), |rows| rows.check(rig))?;
-    let n_joint_parts = if objective.joint_rows().is_some() { 2 } else { 0 };
+    let n_joint_parts = match objective.joint_rows() {
+        Some(rows) => {
+            rows.check(rig)?;
+            2
+        }
+        None => 0,
+    };
     if objective.parts().len() + n_joint_parts > MOST_PARTS {
         return Err("has more parts than reports have room for: at most 4, its joint rows count for 2");
     }

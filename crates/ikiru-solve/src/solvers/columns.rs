@@ -2,32 +2,18 @@
 //! linearization, and its Cholesky factor for what is open.
 
 use crate::plan::{Plan, Span};
-use crate::solvers::rows::{Columns, OpenStep, StepSystem, cholesky_solve};
+use crate::solvers::rows::{Columns, OpenStep, StepSystem, SystemMemory, cholesky_solve};
 
-/// Memory of a [`Tall`] system.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct TallMemory {
-    /// `JᵀJ`, the lower half.
-    normal: Vec<f64>,
-    factor: Vec<f64>,
-}
-
-impl TallMemory {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let n = if plan.is_tall { plan.n_dofs * plan.n_dofs } else { 0 };
-        Self { normal: vec![0.0; n], factor: vec![0.0; n] }
-    }
-}
-
-/// Many rows over few degrees of freedom. A column is the span of rows that its degree of freedom can move.
+/// Many rows over few degrees of freedom. A column is the span of rows that its degree of freedom can move; the memory's
+/// matrix is the lower half of `JᵀJ`.
 pub(crate) struct Tall<'a> {
     spans: &'a [Span],
     jacobian: &'a [f64],
-    memory: &'a mut TallMemory,
+    memory: &'a mut SystemMemory,
 }
 
 impl<'a> Tall<'a> {
-    pub(crate) fn new(plan: &'a Plan, jacobian: &'a [f64], memory: &'a mut TallMemory) -> Self {
+    pub(crate) fn new(plan: &'a Plan, jacobian: &'a [f64], memory: &'a mut SystemMemory) -> Self {
         Self { spans: &plan.spans, jacobian, memory }
     }
 
@@ -80,7 +66,7 @@ impl StepSystem for Tall<'_> {
                 } else {
                     0.0
                 };
-                self.memory.normal[k * n + l] = shared;
+                self.memory.matrix[k * n + l] = shared;
             }
         }
     }
@@ -92,14 +78,13 @@ impl StepSystem for Tall<'_> {
 
     fn solve_open(&mut self, step: &OpenStep<'_>, _: &mut [f64], delta: &mut [f64]) -> bool {
         let n = self.spans.len();
-        let mut x = std::mem::take(&mut self.memory.factor);
+        let mut memory = std::mem::take(&mut self.memory.factor);
         // The right side lies behind the matrix.
-        x.resize(n * n + n, 0.0);
-        let (factor, right) = x.split_at_mut(n * n);
+        let (factor, right) = memory.split_at_mut(n * n);
         for k in 0..n {
             let row = &mut factor[k * n..=k * n + k];
             if step.open[k] {
-                row.copy_from_slice(&self.memory.normal[k * n..=k * n + k]);
+                row.copy_from_slice(&self.memory.matrix[k * n..=k * n + k]);
                 for (l, entry) in row[..k].iter_mut().enumerate() {
                     if !step.open[l] {
                         *entry = 0.0;
@@ -118,7 +103,7 @@ impl StepSystem for Tall<'_> {
                 delta[k] = right[k];
             }
         }
-        self.memory.factor = x;
+        self.memory.factor = memory;
         is_solved
     }
 }
@@ -126,7 +111,7 @@ impl StepSystem for Tall<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solvers::rows::{Sparse, SparseMemory};
+    use crate::solvers::rows::Sparse;
     use ikiru_testkit::rigs::Random;
 
     /// Spans of any length at any place, empty ones among them.
@@ -156,7 +141,7 @@ mod tests {
             let damping = random.between(1e-3, 1.0);
             let own = Some(&own[..]);
             let step = OpenStep { open: &open, inverse: &inverse, own, damping, residual: &residual };
-            let mut memory = SparseMemory::of_rows(n_rows);
+            let mut memory = SystemMemory::of_size(n_rows);
             let mut rows = Sparse::new(&plan, &jacobian, &mut memory);
             rows.clear();
             for k in (0..n).filter(|k| open[*k]) {
@@ -165,7 +150,7 @@ mod tests {
             let (mut by_rows, mut by_columns) = (vec![0.25; n], vec![0.25; n]);
             let mut y = vec![0.0; n_rows];
             assert!(rows.solve_open(&step, &mut y, &mut by_rows));
-            let mut memory = TallMemory::new(&plan);
+            let mut memory = SystemMemory::new(&plan);
             let mut columns = Tall::new(&plan, &jacobian, &mut memory);
             columns.begin();
             for _ in 0..2 {

@@ -199,22 +199,27 @@ fn reciprocal_root(pivot: f64, diagonal: f64) -> Option<f64> {
     (pivot > diagonal * 1e-15).then(|| 1.0 / pivot.sqrt())
 }
 
-/// Memory of a [`Sparse`] system.
+/// Memory of a system whose size the compiler does not know: [`Sparse`], or [`Tall`](crate::solvers::columns::Tall).
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SparseMemory {
-    matrix: Vec<f64>,
-    factor: Vec<f64>,
+pub(crate) struct SystemMemory {
+    /// The matrix without damping, its lower half.
+    pub(crate) matrix: Vec<f64>,
+    /// Its factor with damping, and one right side.
+    pub(crate) factor: Vec<f64>,
 }
 
-impl SparseMemory {
+impl SystemMemory {
     pub(crate) fn new(plan: &Plan) -> Self {
-        Self::of_rows(if plan.dense_rows.is_some() || plan.is_tall { 0 } else { plan.n_rows })
+        match plan.dense_rows {
+            Some(_) => Self::of_size(0),
+            None if plan.is_tall => Self::of_size(plan.n_dofs),
+            None => Self::of_size(plan.n_rows),
+        }
     }
 
-    /// Memory for some number of rows.
-    pub(crate) fn of_rows(n_rows: usize) -> Self {
-        let n = n_rows * n_rows;
-        Self { matrix: vec![0.0; n], factor: vec![0.0; n] }
+    /// Memory for a system of some number of unknowns.
+    pub(crate) fn of_size(n: usize) -> Self {
+        Self { matrix: vec![0.0; n * n], factor: vec![0.0; n * n + n] }
     }
 }
 
@@ -223,11 +228,11 @@ pub(crate) struct Sparse<'a> {
     n_rows: usize,
     spans: &'a [Span],
     jacobian: &'a [f64],
-    memory: &'a mut SparseMemory,
+    memory: &'a mut SystemMemory,
 }
 
 impl<'a> Sparse<'a> {
-    pub(crate) fn new(plan: &'a Plan, jacobian: &'a [f64], memory: &'a mut SparseMemory) -> Self {
+    pub(crate) fn new(plan: &'a Plan, jacobian: &'a [f64], memory: &'a mut SystemMemory) -> Self {
         Self { n_rows: plan.n_rows, spans: &plan.spans, jacobian, memory }
     }
 
@@ -272,7 +277,7 @@ impl RowSystem for Sparse<'_> {
 
     fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
         let m = self.n_rows;
-        let a = &mut self.memory.factor;
+        let a = &mut self.memory.factor[..m * m];
         a.copy_from_slice(&self.memory.matrix);
         for i in 0..m {
             a[i * m + i] += damping;
@@ -327,7 +332,7 @@ mod tests {
         let columns: Vec<f64> = (0..4 * 6).map(|_| random.between(-1.0, 1.0)).collect();
         let spans: Vec<Span> = (0..4).map(|k| Span { first: 0, len: 6, start: 6 * k }).collect();
         let plan = Plan { n_rows: 6, spans, ..Plan::default() };
-        let mut memory = SparseMemory { matrix: vec![0.0; 36], factor: vec![0.0; 36] };
+        let mut memory = SystemMemory::of_size(6);
         let (mut dense, mut sparse) = (Dense::<6>::new(&columns), Sparse::new(&plan, &columns, &mut memory));
         RowSystem::clear(&mut dense);
         RowSystem::clear(&mut sparse);

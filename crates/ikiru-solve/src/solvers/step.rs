@@ -11,8 +11,8 @@ use glam::{DMat3, DQuat};
 
 use crate::plan::{Mover, Plan};
 use crate::problem::Problem;
-use crate::solvers::columns::{Tall, TallMemory};
-use crate::solvers::rows::{Columns, Dense, OpenStep, Sparse, SparseMemory, StepSystem};
+use crate::solvers::columns::Tall;
+use crate::solvers::rows::{Columns, Dense, OpenStep, Sparse, StepSystem, SystemMemory};
 use crate::state::State;
 
 /// How near to a limit counts as on it, in radians or metres.
@@ -42,20 +42,13 @@ pub(crate) struct StepSolver {
     open: Vec<bool>,
     /// Damping over `D`, for each degree of freedom.
     inverse: Vec<f64>,
-    memory: Memory,
+    memory: SystemMemory,
     residual: Vec<f64>,
     y: Vec<f64>,
     /// The step, by the axes of the bases.
     delta: Vec<f64>,
     /// The step as a tangent.
     pub(crate) tangent: Vec<f64>,
-}
-
-/// Memory of the systems that the compiler does not know the size of; one of them is in use.
-#[derive(Clone, Debug, Default)]
-struct Memory {
-    sparse: SparseMemory,
-    tall: TallMemory,
 }
 
 /// Runs one expression with the system of the plan's shape.
@@ -79,11 +72,11 @@ macro_rules! with_rows {
                 $body
             }
             None if $plan.is_tall => {
-                let $rows = Tall::new($plan, $jacobian, &mut $memory.tall);
+                let $rows = Tall::new($plan, $jacobian, $memory);
                 $body
             }
             None => {
-                let $rows = Sparse::new($plan, $jacobian, &mut $memory.sparse);
+                let $rows = Sparse::new($plan, $jacobian, $memory);
                 $body
             }
         }
@@ -103,7 +96,7 @@ impl StepSolver {
             free: vec![true; n],
             open: vec![true; n],
             inverse: vec![1.0; n],
-            memory: Memory { sparse: SparseMemory::new(plan), tall: TallMemory::new(plan) },
+            memory: SystemMemory::new(plan),
             residual: vec![0.0; m],
             y: vec![0.0; m],
             delta: vec![0.0; n],
