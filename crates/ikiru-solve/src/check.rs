@@ -2,8 +2,8 @@
 
 use ikiru_rig::{JointId, Pose};
 
+use crate::layout::{Layout, TermLayout};
 use crate::objective::Loss;
-use crate::plan::{Plan, TermPlan};
 use crate::problem::Problem;
 use crate::solvers::adam::whole_gradient;
 use crate::state::State;
@@ -69,24 +69,24 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
     if !pose.rig().is_same(problem.rig()) {
         return Err(CheckError::Pose);
     }
-    let plan = Plan::new(problem);
-    let mut state = State::new(&plan);
-    state.load(&plan, pose);
-    state.evaluate(&plan, problem);
-    state.linearize(&plan, problem, true);
-    let mut gradient = vec![0.0; plan.n_dofs];
-    let is_kinked = plan.terms.iter().any(|t| {
+    let layout = Layout::new(problem);
+    let mut state = State::new(&layout);
+    state.load(&layout, pose);
+    state.evaluate(&layout, problem);
+    state.linearize(&layout, problem, true);
+    let mut gradient = vec![0.0; layout.n_dofs];
+    let is_kinked = layout.terms.iter().any(|t| {
         let loss = problem.terms()[t.term].objective.loss();
         loss == Loss::Norm && t.parts.clone().any(|part| state.squares[part] < NEAR_KINK * NEAR_KINK)
     });
     if !is_kinked {
         let mut weighted = state.clone();
-        weighted.linearize(&plan, problem, false);
-        whole_gradient(&plan, &weighted, &mut gradient);
+        weighted.linearize(&layout, problem, false);
+        whole_gradient(&layout, &weighted, &mut gradient);
     }
     let start = state.coords.clone();
-    let mut tangent = vec![0.0; plan.n_dofs];
-    for mover in &plan.movers {
+    let mut tangent = vec![0.0; layout.n_dofs];
+    for mover in &layout.movers {
         for k in 0..mover.n_dofs {
             let dof = mover.dof + k;
             let mut shifted = |sign: f64| {
@@ -100,8 +100,8 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
                     coords,
                     &tangent[mover.dof..mover.dof + mover.n_dofs],
                 );
-                let cost = at.evaluate(&plan, problem);
-                at.linearize(&plan, problem, true);
+                let cost = at.evaluate(&layout, problem);
+                at.linearize(&layout, problem, true);
                 tangent[dof] = 0.0;
                 (at, cost)
             };
@@ -112,8 +112,8 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
                 }
                 Err(CheckError::Differs { term, row, joint: mover.joint, dof: k, exact, numeric })
             };
-            let span = plan.spans[dof];
-            for t in &plan.terms {
+            let span = layout.spans[dof];
+            for t in &layout.terms {
                 for row in t.rows.clone() {
                     let inside = (span.first..span.first + span.len).contains(&row);
                     let exact = if inside { state.jacobian[span.start + row - span.first] } else { 0.0 };
@@ -123,10 +123,10 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
             }
             // Joint rows are summed up in a gradient: half that of their squares.
             let squares = |s: &State| {
-                plan.terms.iter().flat_map(TermPlan::joint_parts).map(|part| s.squares[part]).sum::<f64>()
+                layout.terms.iter().flat_map(TermLayout::joint_parts).map(|part| s.squares[part]).sum::<f64>()
             };
             let numeric = (squares(&ahead) - squares(&behind)) / (4.0 * STEP);
-            if let Some(t) = plan.terms.iter().find(|t| !t.joint_reads.is_empty()) {
+            if let Some(t) = layout.terms.iter().find(|t| !t.joint_reads.is_empty()) {
                 differs(t.term, t.rows.len(), state.joint_gradient[dof], numeric)?;
             }
             let (exact, numeric) = (gradient[dof], (cost_ahead - cost_behind) / (2.0 * STEP));
@@ -193,22 +193,22 @@ mod tests {
     /// Whether an angle that the error is about is within a hundredth of its cut at π, where there is no difference to
     /// compare with.
     fn is_near_cut(problem: &Problem, pose: &Pose, error: &CheckError) -> bool {
-        let plan = Plan::new(problem);
-        let mut state = State::new(&plan);
-        state.load(&plan, pose);
-        state.evaluate(&plan, problem);
+        let layout = Layout::new(problem);
+        let mut state = State::new(&layout);
+        state.load(&layout, pose);
+        state.evaluate(&layout, problem);
         let is_cut =
-            |part: usize| plan.parts[part].unit == Unit::Radians && state.squares[part].sqrt() > 3.13;
+            |part: usize| layout.parts[part].unit == Unit::Radians && state.squares[part].sqrt() > 3.13;
         match error {
-            CheckError::Differs { row, .. } => plan.terms.iter().any(|t| {
+            CheckError::Differs { row, .. } => layout.terms.iter().any(|t| {
                 let mut first = 0;
                 t.frame_parts().any(|part| {
-                    let rows = first..first + plan.parts[part].n_rows;
+                    let rows = first..first + layout.parts[part].n_rows;
                     first = rows.end;
                     rows.contains(row) && is_cut(part)
                 })
             }),
-            CheckError::Gradient { .. } => (0..plan.parts.len()).any(is_cut),
+            CheckError::Gradient { .. } => (0..layout.parts.len()).any(is_cut),
             _ => false,
         }
     }

@@ -9,10 +9,10 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod check;
+mod layout;
 mod motion;
 mod objective;
 mod options;
-mod plan;
 mod problem;
 mod report;
 mod residual;

@@ -6,8 +6,8 @@ use std::ops::{Index, IndexMut};
 
 use ikiru_rig::{JointId, Rig};
 
+use crate::layout::joints_read;
 use crate::objective::{MOST_PARTS, Objective, Unit};
-use crate::plan::joints_read;
 
 /// The joints that may move and the terms of the cost `J = Σ λ · ρ(r)` (the paper's equations 6 and 19).
 ///

@@ -2,9 +2,9 @@
 
 use ikiru_rig::Pose;
 
+use crate::layout::{Layout, joints_read};
 use crate::objective::{Inputs, Unit};
 use crate::options::{Method, SolverOptions};
-use crate::plan::{Plan, joints_read};
 use crate::problem::Problem;
 use crate::report::{
     ActiveLimit, Invalid, LimitKind, Obstacle, PartReport, PartReports, Report, StopReason, Summary,
@@ -21,10 +21,10 @@ pub struct Solver {
 }
 
 /// Scratch memory for one problem at a time. A solve with a workspace that has seen the problem does not
-/// allocate; one with another problem plans anew.
+/// allocate; one with another problem lays it out anew.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
-    plan: Plan,
+    layout: Layout,
     state: State,
     searcher: Searcher,
     terms: Vec<TermReport>,
@@ -35,17 +35,17 @@ pub struct Workspace {
 
 impl Workspace {
     fn fit(&mut self, problem: &Problem) {
-        if self.plan.fits(problem) {
+        if self.layout.fits(problem) {
             return;
         }
-        let plan = Plan::new(problem);
-        self.state = State::new(&plan);
-        self.searcher = Searcher::new(&plan);
-        self.terms = Vec::with_capacity(plan.terms.len());
-        self.limits = Vec::with_capacity(plan.n_dofs);
-        self.gradient = vec![0.0; plan.n_dofs];
-        self.worst_gradient = vec![0.0; plan.n_dofs];
-        self.plan = plan;
+        let layout = Layout::new(problem);
+        self.state = State::new(&layout);
+        self.searcher = Searcher::new(&layout);
+        self.terms = Vec::with_capacity(layout.terms.len());
+        self.limits = Vec::with_capacity(layout.n_dofs);
+        self.gradient = vec![0.0; layout.n_dofs];
+        self.worst_gradient = vec![0.0; layout.n_dofs];
+        self.layout = layout;
     }
 }
 
@@ -62,7 +62,7 @@ impl Solver {
         &self.options
     }
 
-    /// Memory for solving a problem, planned already.
+    /// Memory for solving a problem, laid out already.
     #[must_use]
     pub fn workspace(&self, problem: &Problem) -> Workspace {
         let mut workspace = Workspace::default();
@@ -107,18 +107,18 @@ impl Solver {
 
     fn solve_valid(&self, problem: &Problem, pose: &mut Pose, w: &mut Workspace) -> Summary {
         let mut budget = Budget::new(&self.options);
-        if !w.state.load(&w.plan, pose) {
+        if !w.state.load(&w.layout, pose) {
             let reason = "has numbers that are not finite, or quaternions that are not of unit length";
             return Summary::invalid(Invalid::Pose(reason));
         }
-        let start_projected = w.state.project(&w.plan);
-        let cost = w.state.evaluate(&w.plan, problem);
+        let start_projected = w.state.project(&w.layout);
+        let cost = w.state.evaluate(&w.layout, problem);
         if !cost.is_finite() {
-            return Summary::invalid(invalid_term(&w.plan, &w.state));
+            return Summary::invalid(invalid_term(&w.layout, &w.state));
         }
         let (outcome, restarts) =
-            w.searcher.run(&self.options, &w.plan, problem, &mut w.state, cost, &mut budget);
-        w.state.store(&w.plan, pose);
+            w.searcher.run(&self.options, &w.layout, problem, &mut w.state, cost, &mut budget);
+        w.state.store(&w.layout, pose);
         self.summarize(problem, w, outcome, restarts, start_projected, budget.iterations)
     }
 
@@ -131,8 +131,8 @@ impl Solver {
         start_projected: bool,
         iterations: usize,
     ) -> Summary {
-        let cost = if outcome.is_evaluated { outcome.cost } else { w.state.evaluate(&w.plan, problem) };
-        report_terms(&w.plan, problem, &mut w.state, &mut w.terms);
+        let cost = if outcome.is_evaluated { outcome.cost } else { w.state.evaluate(&w.layout, problem) };
+        report_terms(&w.layout, problem, &mut w.state, &mut w.terms);
         let success = match self.options.cost_below {
             Some(bar) => cost < bar,
             None => w.terms.iter().all(|t| t.satisfied || !t.mandatory),
@@ -148,9 +148,9 @@ impl Solver {
             // Nothing is in the way, and this is the hot path: limits are left to who asks for tolerances.
             w.limits.clear();
         } else {
-            w.state.linearize(&w.plan, problem, false);
-            whole_gradient(&w.plan, &w.state, &mut w.gradient);
-            push_limits(&w.plan, &w.state, &w.gradient, &mut w.limits);
+            w.state.linearize(&w.layout, problem, false);
+            whole_gradient(&w.layout, &w.state, &mut w.gradient);
+            push_limits(&w.layout, &w.state, &w.gradient, &mut w.limits);
             w.limits.sort_unstable_by(|a, b| b.multiplier.total_cmp(&a.multiplier));
             if !success {
                 obstacle = find_obstacle(problem, w);
@@ -161,20 +161,20 @@ impl Solver {
 }
 
 /// The first term whose residual is not finite.
-fn invalid_term(plan: &Plan, state: &State) -> Invalid {
-    let bad = plan.terms.iter().find(|t| t.parts.clone().any(|p| !state.squares[p].is_finite()));
+fn invalid_term(layout: &Layout, state: &State) -> Invalid {
+    let bad = layout.terms.iter().find(|t| t.parts.clone().any(|p| !state.squares[p].is_finite()));
     match bad {
         Some(t) => Invalid::Term(t.term, "gives a residual that is not finite"),
         None => Invalid::Pose("gives a cost that is not finite"),
     }
 }
 
-fn report_terms(plan: &Plan, problem: &Problem, state: &mut State, terms: &mut Vec<TermReport>) {
-    for t in &plan.terms {
+fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &mut Vec<TermReport>) {
+    for t in &layout.terms {
         let term = &problem.terms()[t.term];
         let objective = &term.objective;
         let length =
-            |part: usize| PartReport { residual: state.squares[part].sqrt(), unit: plan.parts[part].unit };
+            |part: usize| PartReport { residual: state.squares[part].sqrt(), unit: layout.parts[part].unit };
         let mut parts = t.parts.clone().map(length);
         let first = parts.next().unwrap_or(PartReport { residual: 0.0, unit: Unit::Metres });
         let others = PartReports::new(parts);
@@ -182,7 +182,7 @@ fn report_terms(plan: &Plan, problem: &Problem, state: &mut State, terms: &mut V
         let mut satisfied = true;
         for part in t.parts.clone() {
             cost += term.weight * objective.loss().cost(state.squares[part]);
-            satisfied &= state.squares[part].sqrt() <= term.tolerance.of(plan.parts[part].unit);
+            satisfied &= state.squares[part].sqrt() <= term.tolerance.of(layout.parts[part].unit);
         }
         let warning =
             if t.nodes.is_empty() { None } else { objective.warning(&Inputs { frames: state.frames_of(t) }) };
@@ -205,8 +205,8 @@ fn report_terms(plan: &Plan, problem: &Problem, state: &mut State, terms: &mut V
 const ON_LIMIT: f64 = 1e-7;
 
 /// The limits that the pose lies on and that a gradient pushes against.
-fn push_limits(plan: &Plan, state: &State, gradient: &[f64], limits: &mut Vec<ActiveLimit>) {
-    for m in &plan.movers {
+fn push_limits(layout: &Layout, state: &State, gradient: &[f64], limits: &mut Vec<ActiveLimit>) {
+    for m in &layout.movers {
         for (i, range) in m.motion.ranges().iter().enumerate() {
             let (x, g) = (state.coords[m.coord + i], gradient[m.dof + i]);
             if (x <= range.min + ON_LIMIT && g > 0.0) || (x >= range.max - ON_LIMIT && g < 0.0) {
@@ -240,7 +240,7 @@ fn find_obstacle(problem: &Problem, w: &mut Workspace) -> Option<(usize, Obstacl
         .enumerate()
         .max_by(|(_, a), (_, b)| rank(a).cmp(&rank(b)).then(a.cost.total_cmp(&b.cost)))?
         .0;
-    term_gradient(&w.plan, &w.state, worst, &mut w.worst_gradient);
+    term_gradient(&w.layout, &w.state, worst, &mut w.worst_gradient);
     let square = w.worst_gradient.iter().map(|g| g * g).sum::<f64>();
     if square == 0.0 {
         return Some((worst, Obstacle::Reach));
@@ -249,7 +249,7 @@ fn find_obstacle(problem: &Problem, w: &mut Workspace) -> Option<(usize, Obstacl
     let strongest = w.limits.first().copied();
     let mut opposing: Option<(usize, f64)> = None;
     for term in (0..problem.n_terms()).filter(|t| *t != worst) {
-        term_gradient(&w.plan, &w.state, term, &mut w.gradient);
+        term_gradient(&w.layout, &w.state, term, &mut w.gradient);
         let along = w.gradient.iter().zip(&w.worst_gradient).map(|(a, b)| a * b).sum::<f64>() / square;
         if along < -0.1 && opposing.is_none_or(|(_, least)| along < least) {
             opposing = Some((term, along));
@@ -268,10 +268,10 @@ fn find_obstacle(problem: &Problem, w: &mut Workspace) -> Option<(usize, Obstacl
 }
 
 /// The gradient of one term, as of the last linearization.
-fn term_gradient(plan: &Plan, state: &State, term: usize, gradient: &mut [f64]) {
+fn term_gradient(layout: &Layout, state: &State, term: usize, gradient: &mut [f64]) {
     gradient.fill(0.0);
-    let Some(t) = plan.terms.iter().find(|t| t.term == term) else { return };
-    for (k, span) in plan.spans.iter().enumerate() {
+    let Some(t) = layout.terms.iter().find(|t| t.term == term) else { return };
+    for (k, span) in layout.spans.iter().enumerate() {
         let (first, last) = (span.first.max(t.rows.start), (span.first + span.len).min(t.rows.end));
         for row in first..last {
             gradient[k] += 2.0 * state.jacobian[span.start + row - span.first] * state.scaled[row];
@@ -314,7 +314,7 @@ mod tests {
                 n_seen += seen.len();
                 for coords in seen {
                     workspace.state.coords.copy_from_slice(&coords);
-                    workspace.state.store(&workspace.plan, &mut pose);
+                    workspace.state.store(&workspace.layout, &mut pose);
                     let beyond = pose.limit_violation();
                     assert!(beyond < 1e-9, "{}, case {case}: {beyond}", method.name());
                 }

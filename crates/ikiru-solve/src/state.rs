@@ -2,8 +2,8 @@
 
 use ikiru_rig::{Frame, JointId, Motion, Pose, Vec3, kinematics, project_joint, retract_joint};
 
+use crate::layout::{Layout, NONE, Node, TermLayout, n_translations};
 use crate::objective::{Inputs, JointRows, Rows, Scratch};
-use crate::plan::{NONE, Node, Plan, TermPlan, n_translations};
 use crate::problem::{Terms, Tolerance};
 
 /// What is known of the terms that read nothing that moves.
@@ -40,7 +40,7 @@ pub(crate) struct State {
     pub(crate) weights: Vec<f64>,
     /// Residuals from frames, times the root of their part's weight, as of the last linearization.
     pub(crate) scaled: Vec<f64>,
-    /// The derivative of `scaled` by the degrees of freedom, as [`Plan::spans`] says.
+    /// The derivative of `scaled` by the degrees of freedom, as [`Layout::spans`] says.
     pub(crate) jacobian: Vec<f64>,
     /// Half the gradient and the curvature of joint rows.
     pub(crate) joint_gradient: Vec<f64>,
@@ -56,25 +56,25 @@ pub(crate) struct State {
 }
 
 impl State {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let most = |f: &dyn Fn(&TermPlan) -> usize| plan.terms.iter().map(f).max().unwrap_or(0);
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let most = |f: &dyn Fn(&TermLayout) -> usize| layout.terms.iter().map(f).max().unwrap_or(0);
         let identity = Frame::identity();
         let most_rows = most(&|t| t.rows.len());
         Self {
-            coords: vec![0.0; plan.n_kept_coords()],
-            links: vec![(identity, false); plan.nodes.len()],
-            link_coords: vec![0.0; plan.link_coords.len()],
+            coords: vec![0.0; layout.n_kept_coords()],
+            links: vec![(identity, false); layout.nodes.len()],
+            link_coords: vec![0.0; layout.link_coords.len()],
             links_are_current: false,
             constants: Constants::Unknown,
-            frames: vec![identity; plan.nodes.len()],
-            directions: vec![Vec3::zero(); plan.n_screws],
-            residual: vec![0.0; plan.n_rows],
-            squares: vec![0.0; plan.parts.len()],
-            weights: vec![0.0; plan.parts.len()],
-            scaled: vec![0.0; plan.n_rows],
-            jacobian: vec![0.0; plan.n_jacobian],
-            joint_gradient: vec![0.0; plan.n_dofs],
-            joint_curvature: vec![0.0; plan.n_dofs],
+            frames: vec![identity; layout.nodes.len()],
+            directions: vec![Vec3::zero(); layout.n_screws],
+            residual: vec![0.0; layout.n_rows],
+            squares: vec![0.0; layout.parts.len()],
+            weights: vec![0.0; layout.parts.len()],
+            scaled: vec![0.0; layout.n_rows],
+            jacobian: vec![0.0; layout.n_jacobian],
+            joint_gradient: vec![0.0; layout.n_dofs],
+            joint_curvature: vec![0.0; layout.n_dofs],
             gathered: vec![identity; most(&|t| t.nodes.len())],
             term_jacobian: vec![0.0; most(&|t| t.nodes.len() * t.rows.len() * 6)],
             joint_residual: [0.0; 6],
@@ -90,14 +90,14 @@ impl State {
 
     /// Takes over a pose: coordinates of what moves, links of what does not. False where a number that
     /// matters is not finite or a quaternion not of unit length.
-    pub(crate) fn load(&mut self, plan: &Plan, pose: &Pose) -> bool {
-        self.load_coords(plan, pose);
+    pub(crate) fn load(&mut self, layout: &Layout, pose: &Pose) -> bool {
+        self.load_coords(layout, pose);
         self.forget_constants();
-        if !plan.movers.iter().all(|m| is_valid(&m.motion, &self.coords[m.coord..m.coord + m.n_coords])) {
+        if !layout.movers.iter().all(|m| is_valid(&m.motion, &self.coords[m.coord..m.coord + m.n_coords])) {
             return false;
         }
         // Links change only where joints that do not move here have been moved elsewhere.
-        let held = plan.link_coords.iter().map(|at| pose.coords()[*at]);
+        let held = layout.link_coords.iter().map(|at| pose.coords()[*at]);
         if self.links_are_current && held.clone().eq(self.link_coords.iter().copied()) {
             return true;
         }
@@ -106,19 +106,20 @@ impl State {
             rig.get(*joint).is_some_and(|data| !is_valid(&data.motion, &pose.coords()[rig.coords_of(*joint)]))
         };
         self.links_are_current = false;
-        if plan.link_joints.iter().any(is_bad) {
+        if layout.link_joints.iter().any(is_bad) {
             return false;
         }
         for (to, from) in self.link_coords.iter_mut().zip(held) {
             *to = from;
         }
         self.links_are_current = true;
-        for (idx, range) in plan.links.iter().enumerate() {
+        for (idx, range) in layout.links.iter().enumerate() {
             let mut link = Frame::identity();
-            let joints = &plan.link_joints[range.clone()];
+            let joints = &layout.link_joints[range.clone()];
             for (position, &joint) in joints.iter().enumerate() {
                 link = kinematics::rest_frame(rig, joint, &link);
-                let moves = position + 1 == joints.len() && !matches!(plan.nodes[idx].motion, Motion::Fixed);
+                let moves =
+                    position + 1 == joints.len() && !matches!(layout.nodes[idx].motion, Motion::Fixed);
                 if !moves {
                     pose.apply_motion_to(joint, &mut link);
                 }
@@ -134,47 +135,47 @@ impl State {
         self.constants = Constants::Unknown;
     }
 
-    fn load_coords(&mut self, plan: &Plan, pose: &Pose) {
-        for m in &plan.movers {
+    fn load_coords(&mut self, layout: &Layout, pose: &Pose) {
+        for m in &layout.movers {
             self.coords[m.coord..m.coord + m.n_coords]
                 .copy_from_slice(&pose.coords()[m.pose_coord..m.pose_coord + m.n_coords]);
         }
-        for &(to, from, n) in &plan.held {
+        for &(to, from, n) in &layout.held {
             self.coords[to..to + n].copy_from_slice(&pose.coords()[from..from + n]);
         }
     }
 
     /// Writes the coordinates of what moves into a pose.
-    pub(crate) fn store(&self, plan: &Plan, pose: &mut Pose) {
+    pub(crate) fn store(&self, layout: &Layout, pose: &mut Pose) {
         let coords = pose.coords_mut();
-        for m in &plan.movers {
+        for m in &layout.movers {
             coords[m.pose_coord..m.pose_coord + m.n_coords]
                 .copy_from_slice(&self.coords[m.coord..m.coord + m.n_coords]);
         }
     }
 
     /// Moves every joint that is outside its limits to the nearest value inside; says whether one was.
-    pub(crate) fn project(&mut self, plan: &Plan) -> bool {
+    pub(crate) fn project(&mut self, layout: &Layout) -> bool {
         let mut moved = false;
-        for m in &plan.movers {
+        for m in &layout.movers {
             moved |= project_joint(&m.motion, &mut self.coords[m.coord..m.coord + m.n_coords]);
         }
         moved
     }
 
     /// `coords := project(from ⊕ tangent)`.
-    pub(crate) fn step(&mut self, plan: &Plan, from: &[f64], tangent: &[f64]) {
-        let n = plan.n_coords;
-        if plan.is_flat {
+    pub(crate) fn step(&mut self, layout: &Layout, from: &[f64], tangent: &[f64]) {
+        let n = layout.n_coords;
+        if layout.is_flat {
             let (coords, from, tangent) = (&mut self.coords[..n], &from[..n], &tangent[..n]);
-            let (lower, upper) = (&plan.lower[..n], &plan.upper[..n]);
+            let (lower, upper) = (&layout.lower[..n], &layout.upper[..n]);
             for i in 0..n {
                 coords[i] = (from[i] + tangent[i]).max(lower[i]).min(upper[i]);
             }
             return;
         }
         self.coords[..n].copy_from_slice(&from[..n]);
-        for m in &plan.movers {
+        for m in &layout.movers {
             let coords = &mut self.coords[m.coord..m.coord + m.n_coords];
             retract_joint(&m.motion, coords, &tangent[m.dof..m.dof + m.n_dofs]);
             project_joint(&m.motion, coords);
@@ -183,16 +184,16 @@ impl State {
 
     /// Forward kinematics of the reduced tree.
     #[inline]
-    fn forward(&mut self, plan: &Plan) {
-        for idx in 0..plan.nodes.len() {
-            self.place(plan, idx);
+    fn forward(&mut self, layout: &Layout) {
+        for idx in 0..layout.nodes.len() {
+            self.place(layout, idx);
         }
     }
 
     /// The frame of one node, from its parent's and the current coordinates.
     #[inline(always)]
-    pub(crate) fn place(&mut self, plan: &Plan, idx: usize) {
-        let node = &plan.nodes[idx];
+    pub(crate) fn place(&mut self, layout: &Layout, idx: usize) {
+        let node = &layout.nodes[idx];
         let (link, is_translation) = &self.links[idx];
         let mut frame = if node.parent == NONE {
             *link
@@ -227,14 +228,14 @@ impl State {
 
     /// Frames, residuals and cost at the current coordinates. A cost that is not a number comes out as
     /// infinite, so that no step leads there.
-    pub(crate) fn evaluate(&mut self, plan: &Plan, terms: &impl Terms) -> f64 {
+    pub(crate) fn evaluate(&mut self, layout: &Layout, terms: &impl Terms) -> f64 {
         #[cfg(test)]
         if let Some(seen) = &mut self.seen {
             seen.push(self.coords.clone());
         }
-        self.forward(plan);
+        self.forward(layout);
         let mut cost = 0.0;
-        for t in plan.terms.iter().filter(|t| terms.is_on(t.term)) {
+        for t in layout.terms.iter().filter(|t| terms.is_on(t.term)) {
             let (weight, objective) = (terms.weight(t.term), terms.objective(t.term));
             let loss = objective.loss();
             if t.is_constant && self.constants != Constants::Unknown {
@@ -255,7 +256,7 @@ impl State {
                 );
                 let mut rest: &[f64] = residual;
                 for part in t.frame_parts() {
-                    let (rows, others) = rest.split_at(plan.parts[part].n_rows);
+                    let (rows, others) = rest.split_at(layout.parts[part].n_rows);
                     let square = rows.iter().map(|r| r * r).sum::<f64>();
                     self.squares[part] = square;
                     cost += weight * loss.cost(square);
@@ -291,11 +292,11 @@ impl State {
 
     /// The derivative of the residuals at the coordinates that were evaluated last, rows scaled by the root
     /// of their weight `λ · ρ'` (by 1 where `plain`).
-    pub(crate) fn linearize(&mut self, plan: &Plan, terms: &impl Terms, plain: bool) {
+    pub(crate) fn linearize(&mut self, layout: &Layout, terms: &impl Terms, plain: bool) {
         self.jacobian.fill(0.0);
         self.joint_gradient.fill(0.0);
         self.joint_curvature.fill(0.0);
-        for t in plan.terms.iter().filter(|t| terms.is_on(t.term)) {
+        for t in layout.terms.iter().filter(|t| terms.is_on(t.term)) {
             if t.is_constant && self.constants == Constants::Linearized {
                 continue;
             }
@@ -304,7 +305,7 @@ impl State {
                 self.weights[part] = if plain { 1.0 } else { weight * loss.weight(self.squares[part]) };
             }
             if !t.rows.is_empty() {
-                self.linearize_frames(plan, terms, t);
+                self.linearize_frames(layout, terms, t);
             }
             if !t.joint_reads.is_empty()
                 && let Some(rows) = terms.objective(t.term).joint_rows()
@@ -315,7 +316,7 @@ impl State {
         self.constants = Constants::Linearized;
     }
 
-    fn linearize_frames(&mut self, plan: &Plan, terms: &impl Terms, t: &TermPlan) {
+    fn linearize_frames(&mut self, layout: &Layout, terms: &impl Terms, t: &TermLayout) {
         let n_rows = t.rows.len();
         let gathered = &mut self.gathered[..t.nodes.len()];
         for (to, node) in gathered.iter_mut().zip(&t.nodes) {
@@ -328,7 +329,7 @@ impl State {
         terms.objective(t.term).evaluate(&Inputs { frames: gathered }, &mut rows);
         let mut first = 0;
         for part in t.frame_parts() {
-            let (last, scale) = (first + plan.parts[part].n_rows, self.weights[part].sqrt());
+            let (last, scale) = (first + layout.parts[part].n_rows, self.weights[part].sqrt());
             for row in first..last {
                 scaled[row] *= scale;
                 for frame in 0..t.nodes.len() {
@@ -346,12 +347,12 @@ impl State {
             let rows = &self.term_jacobian[frame * n_rows * 6..(frame + 1) * n_rows * 6];
             let p = self.frames[read as usize].origin;
             let mut at = read;
-            while let Some(node) = plan.nodes.get(at as usize) {
+            while let Some(node) = layout.nodes.get(at as usize) {
                 if node.n_screws > 0 {
                     let directions =
                         &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
                     let arm = p - self.frames[at as usize].origin;
-                    let span = plan.spans[node.dof as usize];
+                    let span = layout.spans[node.dof as usize];
                     let offset = span.start + t.rows.start - span.first;
                     let n_translations = n_translations(&node.motion);
                     let (factor, stride) = match node.mimic {
@@ -372,7 +373,7 @@ impl State {
         }
     }
 
-    fn linearize_joints(&mut self, rows: &dyn JointRows, t: &TermPlan) {
+    fn linearize_joints(&mut self, rows: &dyn JointRows, t: &TermLayout) {
         for (idx, read) in t.joint_reads.iter().enumerate() {
             let Some(dof) = read.dof else { continue };
             let n = read.n_rows;
@@ -413,7 +414,7 @@ impl State {
     }
 
     /// The frames that a term reads, as of the last evaluation.
-    pub(crate) fn frames_of(&mut self, t: &TermPlan) -> &[Frame<f64>] {
+    pub(crate) fn frames_of(&mut self, t: &TermLayout) -> &[Frame<f64>] {
         let gathered = &mut self.gathered[..t.nodes.len()];
         for (to, node) in gathered.iter_mut().zip(&t.nodes) {
             *to = self.frames[*node as usize];
@@ -422,17 +423,17 @@ impl State {
     }
 
     /// Whether every mandatory term is within its tolerance, as of the last evaluation.
-    pub(crate) fn is_satisfied(&self, plan: &Plan, problem: &crate::Problem) -> bool {
-        plan.terms.iter().all(|t| {
+    pub(crate) fn is_satisfied(&self, layout: &Layout, problem: &crate::Problem) -> bool {
+        layout.terms.iter().all(|t| {
             let term = &problem.terms()[t.term];
-            !term.counts() || self.is_within(plan, t, &term.tolerance)
+            !term.counts() || self.is_within(layout, t, &term.tolerance)
         })
     }
 
     /// Whether every part of a term is within a tolerance, as of the last evaluation.
-    pub(crate) fn is_within(&self, plan: &Plan, t: &TermPlan, tolerance: &Tolerance) -> bool {
+    pub(crate) fn is_within(&self, layout: &Layout, t: &TermLayout, tolerance: &Tolerance) -> bool {
         t.parts.clone().all(|part| {
-            let tolerance = tolerance.of(plan.parts[part].unit);
+            let tolerance = tolerance.of(layout.parts[part].unit);
             self.squares[part] <= tolerance * tolerance
         })
     }

@@ -1,9 +1,9 @@
 //! The paper's cautious Adam over all frames of a trajectory at once.
 
+use crate::layout::Layout;
 use crate::motion::problem::MotionProblem;
 use crate::motion::state::MotionState;
 use crate::options::AdamOptions;
-use crate::plan::Plan;
 use crate::report::StopReason;
 use crate::solvers::adam::Moments;
 use crate::solvers::search::{Bar, Budget};
@@ -19,8 +19,8 @@ pub(crate) struct MotionAdam {
 }
 
 impl MotionAdam {
-    pub(crate) fn new(plan: &Plan, state: &MotionState) -> Self {
-        let zeros = vec![0.0; plan.n_dofs * state.n_frames];
+    pub(crate) fn new(layout: &Layout, state: &MotionState) -> Self {
+        let zeros = vec![0.0; layout.n_dofs * state.n_frames];
         Self {
             moments: Moments::new(zeros.len()),
             gradient: zeros.clone(),
@@ -34,14 +34,14 @@ impl MotionAdam {
     pub(crate) fn run(
         &mut self,
         options: &AdamOptions,
-        plan: &Plan,
+        layout: &Layout,
         motion: &MotionProblem,
         state: &mut MotionState,
         cost: f64,
         bar: &Bar,
         budget: &mut Budget,
     ) -> (f64, StopReason) {
-        let n = plan.n_dofs;
+        let n = layout.n_dofs;
         let (mut best, mut cost) = (cost, cost);
         self.moments.clear();
         self.best.copy_from_slice(&state.coords);
@@ -53,7 +53,7 @@ impl MotionAdam {
             if let Some(stop) = budget.spend() {
                 break stop;
             }
-            state.linearize(plan, motion);
+            state.linearize(layout, motion);
             self.gradient.copy_from_slice(&state.gradient);
             state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
             for (t, given) in state.is_given.iter().enumerate() {
@@ -68,8 +68,8 @@ impl MotionAdam {
             }
             self.moments.step(options, &self.gradient, n_moving, &mut self.delta);
             self.from.copy_from_slice(&state.coords);
-            state.step(plan, &self.from, &self.delta);
-            cost = state.evaluate(plan, motion);
+            state.step(layout, &self.from, &self.delta);
+            cost = state.evaluate(layout, motion);
             if cost < best {
                 best = cost;
                 self.best.copy_from_slice(&state.coords);

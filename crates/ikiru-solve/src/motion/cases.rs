@@ -3,18 +3,18 @@
 use ikiru_rig::{JointId, Part, Pose, Rate, RateLimit};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
+use crate::layout::Layout;
 use crate::motion::problem::MotionProblem;
 use crate::motion::state::MotionState;
 use crate::motion::timeline::Timeline;
 use crate::motion::when::When;
 use crate::objective::Loss;
 use crate::objectives::{PoseTarget, Position, RestPose};
-use crate::plan::Plan;
 
 /// A motion problem, laid out, with a state that holds some motion inside its limits.
 pub(crate) struct Case {
     pub(crate) motion: MotionProblem,
-    pub(crate) plan: Plan,
+    pub(crate) layout: Layout,
     pub(crate) state: MotionState,
 }
 
@@ -70,18 +70,18 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
         }
         motion.set_rate_limits(&limits).unwrap();
     }
-    let plan = Plan::with(motion.terms(), &motion.led());
-    let mut state = MotionState::new(&plan, &motion);
-    load(&mut state, &plan, &poses);
+    let layout = Layout::with(motion.terms(), &motion.led());
+    let mut state = MotionState::new(&layout, &motion);
+    load(&mut state, &layout, &poses);
     if rates {
         state.rate_bounds.begin(0.3);
     }
-    Case { motion, plan, state }
+    Case { motion, layout, state }
 }
 
-fn load(state: &mut MotionState, plan: &Plan, poses: &[Pose]) {
+fn load(state: &mut MotionState, layout: &Layout, poses: &[Pose]) {
     for (t, pose) in poses.iter().enumerate() {
-        assert!(state.load(plan, t, pose));
+        assert!(state.load(layout, t, pose));
     }
 }
 

@@ -8,11 +8,11 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::TangentBox;
 
+use crate::layout::Layout;
 use crate::motion::rows::{Block, FrameRows};
 use crate::motion::state::MotionState;
 use crate::motion::step::ON_LIMIT;
 use crate::motion::system::MOST_DIRECT_ROWS;
-use crate::plan::Plan;
 
 /// `W`, relative to the largest curvature of the terms: what the row leaves over is cut off.
 const STIFFNESS: f64 = 1e4;
@@ -24,7 +24,7 @@ struct Ball {
     /// Where its three turning degrees of freedom and its quaternion lie.
     dof: usize,
     coord: usize,
-    /// The row of the plan that its rows are.
+    /// The row of the layout that its rows are.
     row: usize,
 }
 
@@ -72,9 +72,9 @@ enum Source {
 }
 
 impl Cones {
-    pub(crate) fn new(plan: &Plan, state: &MotionState, rows: &mut FrameRows) -> Self {
+    pub(crate) fn new(layout: &Layout, state: &MotionState, rows: &mut FrameRows) -> Self {
         let mut balls = Vec::new();
-        for (mover, m) in plan.movers.iter().enumerate().filter(|(_, m)| m.motion.cone().is_some()) {
+        for (mover, m) in layout.movers.iter().enumerate().filter(|(_, m)| m.motion.cone().is_some()) {
             let dof = m.dof + m.n_dofs - 3;
             let row = rows.add_support(dof..dof + 3);
             balls.push(Ball { mover, dof, coord: m.coord + m.n_coords - 4, row });
@@ -82,20 +82,20 @@ impl Cones {
         let mut by_need: Vec<usize> = (0..state.n_frames).collect();
         by_need.sort_by_key(|t| state.keyed.binary_search(t).is_err());
         let has_room = vec![true; state.n_frames];
-        Self { n_dofs: plan.n_dofs, balls, by_need, has_room, ..Self::default() }
+        Self { n_dofs: layout.n_dofs, balls, by_need, has_room, ..Self::default() }
     }
 
     /// Finds the limits at the coordinates of the state, and which of them block for half a gradient. Where the system
     /// is solved iteratively there are none, and cones hold by projection alone.
-    pub(crate) fn begin(&mut self, plan: &Plan, state: &MotionState, gradient: &[f64]) {
+    pub(crate) fn begin(&mut self, layout: &Layout, state: &MotionState, gradient: &[f64]) {
         self.places.clear();
         if state.rows.n_rows() > MOST_DIRECT_ROWS {
             return;
         }
-        let (n, nc) = (plan.n_dofs, plan.n_coords);
+        let (n, nc) = (layout.n_dofs, layout.n_coords);
         for frame in (0..state.n_frames).filter(|t| !state.is_given[*t]) {
             for (ball, b) in self.balls.iter().enumerate() {
-                let Some(cone) = plan.movers[b.mover].motion.cone() else { continue };
+                let Some(cone) = layout.movers[b.mover].motion.cone() else { continue };
                 let at = frame * nc + b.coord;
                 let limits = cone.tangent_box(DQuat::from_slice(&state.coords[at..at + 4]));
                 let pull = DVec3::from_slice(&gradient[frame * n + b.dof..frame * n + b.dof + 3]);

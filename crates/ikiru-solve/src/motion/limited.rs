@@ -71,7 +71,7 @@ impl Run<'_> {
         let is_rate_bound = self.succeeded(&outcome);
         let weights: f64 = self.motion.terms().terms().iter().map(|term| term.weight).sum();
         let first = outcome.cost.max(LEAST_PENALTY * cost.max(weights));
-        let n = self.plan.n_dofs;
+        let n = self.layout.n_dofs;
         let to_the_end = Bar { cost_below: None, impatient: false, ..*bar };
         self.state.rate_bounds.begin(first);
         let mut damping = FIRST_DAMPING;
@@ -79,11 +79,11 @@ impl Run<'_> {
         // The cheapest motion that was seen to keep all limits.
         let mut kept: Option<(f64, Vec<f64>)> = None;
         for _ in 0..MOST_ROUNDS {
-            let cost = self.state.evaluate(&self.plan, self.motion);
+            let cost = self.state.evaluate(&self.layout, self.motion);
             self.budget.next_start();
             damping = (10.0 * damping).min(FIRST_DAMPING);
             outcome = self.run_lm_from(cost, &to_the_end, LEAST_GAIN_OF_ROUND, &mut damping);
-            let cost = self.state.evaluate(&self.plan, self.motion);
+            let cost = self.state.evaluate(&self.layout, self.motion);
             let first_differences = self.state.smoothness.first();
             let plain = cost - self.state.rate_bounds.cost(n, first_differences);
             let now = self.state.rate_bounds.update(n, first_differences);
@@ -120,7 +120,7 @@ impl Run<'_> {
     }
 
     fn end_limited(&mut self, keeps: bool, stop: StopReason, is_rate_bound: bool) -> Outcome {
-        let cost = self.state.evaluate(&self.plan, self.motion);
+        let cost = self.state.evaluate(&self.layout, self.motion);
         let cost = if keeps { cost } else { f64::INFINITY };
         Outcome { cost, stop, is_rate_bound, keeps_rates: keeps }
     }
@@ -159,13 +159,13 @@ impl Run<'_> {
 
     /// The straight way at constant speed from the last frame of the history to a given end, or standing still.
     fn go_straight(&mut self) {
-        let nc = self.plan.n_coords;
+        let nc = self.layout.n_coords;
         let last = self.state.n_frames - 1;
         self.state.coords.copy_from_slice(&self.workspace.start);
         let is_given = self.state.is_given.clone();
         let from = is_given[..last].iter().rposition(|given| *given);
         match (from, is_given[last]) {
-            (Some(from), true) => self.state.interpolate(&self.plan, from, last),
+            (Some(from), true) => self.state.interpolate(&self.layout, from, last),
             (from, end_is_given) => {
                 let from = from.unwrap_or(if end_is_given { last } else { 0 });
                 for t in (0..=last).filter(|t| !is_given[*t]) {
@@ -177,16 +177,16 @@ impl Run<'_> {
 
     /// The motion a part of the way from one to another.
     fn set_between(&mut self, from: &[f64], to: &[f64], part: f64) {
-        let (n, nc) = (self.plan.n_dofs, self.plan.n_coords);
+        let (n, nc) = (self.layout.n_dofs, self.layout.n_coords);
         let mut way = vec![0.0; n * self.state.n_frames];
         for t in 0..self.state.n_frames {
-            for m in &self.plan.movers {
+            for m in &self.layout.movers {
                 let coords = t * nc + m.coord..t * nc + m.coord + m.n_coords;
                 let way = &mut way[t * n + m.dof..t * n + m.dof + m.n_dofs];
                 difference_joint(&m.motion, &from[coords.clone()], &to[coords], way);
                 way.iter_mut().for_each(|w| *w *= part);
             }
         }
-        self.state.step(&self.plan, from, &way);
+        self.state.step(&self.layout, from, &way);
     }
 }

@@ -47,7 +47,7 @@ impl Run<'_> {
         let to_the_end = Bar { cost_below: None, ..*bar };
         let first = self.run_lm(cost, &to_the_end, LEAST_GAIN_UNSPACED);
         self.state.spacing.weight = weight;
-        let cost = self.state.evaluate(&self.plan, self.motion);
+        let cost = self.state.evaluate(&self.layout, self.motion);
         if first.stop == StopReason::TimeBudget {
             return Outcome::new(cost, first.stop);
         }
@@ -63,7 +63,7 @@ impl Run<'_> {
 
     /// The same with the damping to begin with, relative to the largest curvature; the last one is left in it.
     pub(super) fn run_lm_from(&mut self, cost: f64, bar: &Bar, least_gain: f64, last: &mut f64) -> Outcome {
-        let (plan, motion, state) = (&self.plan, self.motion, &mut self.state);
+        let (layout, motion, state) = (&self.layout, self.motion, &mut self.state);
         let MotionWorkspace { step, accepted, first_try, residual, .. } = &mut *self.workspace;
         let first = cost;
         let mut cost = cost;
@@ -74,8 +74,8 @@ impl Run<'_> {
             if bar.is_met(cost) {
                 return Outcome::new(cost, StopReason::Reached);
             }
-            state.linearize(plan, motion);
-            if step.begin(plan, state) == 0.0 {
+            state.linearize(layout, motion);
+            if step.begin(layout, state) == 0.0 {
                 return Outcome::new(cost, StopReason::Converged);
             }
             if damping == 0.0 {
@@ -96,7 +96,7 @@ impl Run<'_> {
                 let least = if step.is_iterative(state) { LEAST_DAMPING_ITERATIVE } else { LEAST_DAMPING };
                 let damping_now = (damping * (cost / first).sqrt()).max(least * scale);
                 *last = damping_now / scale;
-                if !step.solve(plan, state, damping_now) {
+                if !step.solve(layout, state, damping_now) {
                     damping *= 10.0;
                     continue;
                 }
@@ -109,26 +109,26 @@ impl Run<'_> {
                     (least_gain, LEAST_GAIN_WITHIN_EXACT, SLOW_STEPS[1])
                 };
                 slow = if gain < little { slow + 1 } else { 0 };
-                let is_done = gain < least || (slow >= n_slow && state.is_satisfied(plan, motion));
+                let is_done = gain < least || (slow >= n_slow && state.is_satisfied(layout, motion));
                 if longest < LEAST_STEP || is_done {
                     state.coords.copy_from_slice(accepted);
                     return Outcome::new(cost, StopReason::Converged);
                 }
-                state.step(plan, accepted, &step.delta);
-                let mut trial = state.evaluate(plan, motion);
+                state.step(layout, accepted, &step.delta);
+                let mut trial = state.evaluate(layout, motion);
                 if cost - trial < POOR * promised && !state.rows.blocks.is_empty() {
                     // Residuals bend away from their linear model: one more solve follows the bend.
-                    state.scaled_residuals(plan, motion, residual);
+                    state.scaled_residuals(layout, motion, residual);
                     first_try.copy_from_slice(&state.coords);
                     step.subtract_model(state, residual);
-                    step.correct(plan, state, damping_now, residual);
-                    state.step(plan, accepted, &step.delta);
-                    let corrected = state.evaluate(plan, motion);
+                    step.correct(layout, state, damping_now, residual);
+                    state.step(layout, accepted, &step.delta);
+                    let corrected = state.evaluate(layout, motion);
                     if corrected < trial {
                         trial = corrected;
                     } else {
                         state.coords.copy_from_slice(first_try);
-                        trial = state.evaluate(plan, motion);
+                        trial = state.evaluate(layout, motion);
                     }
                 }
                 if trial < cost {

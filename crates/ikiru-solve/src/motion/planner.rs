@@ -2,13 +2,13 @@
 
 use ikiru_rig::{Clip, Pose};
 
+use crate::layout::Layout;
 use crate::motion::adam::MotionAdam;
 use crate::motion::problem::MotionProblem;
 use crate::motion::report::{MotionReport, report_terms};
 use crate::motion::state::MotionState;
 use crate::motion::step::MotionStep;
 use crate::options::{Method, Search};
-use crate::plan::Plan;
 use crate::report::{Invalid, StopReason};
 use crate::solver::Solver;
 use crate::solvers::search::{Bar, Budget};
@@ -89,7 +89,7 @@ pub(super) struct Run<'a> {
     /// What does not move is in every frame as it is here.
     still: Pose,
     guess: &'a Clip,
-    pub(super) plan: Plan,
+    pub(super) layout: Layout,
     pub(super) state: MotionState,
     pub(super) workspace: &'a mut MotionWorkspace,
     pub(super) budget: Budget,
@@ -125,8 +125,8 @@ impl<'a> Run<'a> {
         }
         motion.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
         let budget = Budget::new(solver.options());
-        let plan = Plan::with(motion.terms(), &motion.led());
-        let mut state = MotionState::new(&plan, motion);
+        let layout = Layout::with(motion.terms(), &motion.led());
+        let mut state = MotionState::new(&layout, motion);
         let timeline = motion.timeline();
         let still = motion.first_given().map_or_else(|| start_of(guess), Pose::clone);
         for t in 0..timeline.n_frames() {
@@ -134,7 +134,7 @@ impl<'a> Run<'a> {
             if !pose.rig().is_same(motion.rig()) {
                 return Err(Invalid::Pose("belongs to another rig than the motion"));
             }
-            if !state.load(&plan, t, &pose) {
+            if !state.load(&layout, t, &pose) {
                 let reason = "has numbers that are not finite, or quaternions that are not of unit length";
                 return Err(Invalid::Pose(reason));
             }
@@ -147,37 +147,37 @@ impl<'a> Run<'a> {
             return Err(Invalid::Pose(reason));
         }
         // Terms read what does not move as all frames have it.
-        state.frame.load(&plan, &still);
-        workspace.step = MotionStep::new(&plan, &state);
-        workspace.adam = MotionAdam::new(&plan, &state);
+        state.frame.load(&layout, &still);
+        workspace.step = MotionStep::new(&layout, &state);
+        workspace.adam = MotionAdam::new(&layout, &state);
         workspace.accepted.clone_from(&state.coords);
         workspace.first_try.clone_from(&state.coords);
         workspace.start.clone_from(&state.coords);
         workspace.best.clone_from(&state.coords);
-        Ok(Self { solver, motion, still, guess, plan, state, workspace, budget, settled_cost: 0.0 })
+        Ok(Self { solver, motion, still, guess, layout, state, workspace, budget, settled_cost: 0.0 })
     }
 
     fn plan(&mut self) -> PlannedMotion {
-        self.settled_cost = self.state.settled_cost(&self.plan, self.motion);
-        let cost = self.state.evaluate(&self.plan, self.motion);
+        self.settled_cost = self.state.settled_cost(&self.layout, self.motion);
+        let cost = self.state.evaluate(&self.layout, self.motion);
         if !(cost + self.settled_cost).is_finite() {
-            let invalid = match self.state.not_finite(&self.plan, self.motion) {
+            let invalid = match self.state.not_finite(&self.layout, self.motion) {
                 Some(term) => Invalid::Term(term, "gives a residual that is not finite at one of its frames"),
                 None => Invalid::Pose("gives a cost that is not finite"),
             };
             return self.refuse(invalid);
         }
         if self.solver.options().cost_below.is_none()
-            && let Some(term) = self.state.conflict(&self.plan, self.motion)
+            && let Some(term) = self.state.conflict(&self.layout, self.motion)
         {
             let conflict = "holds at given frames alone, and their poses do not meet it: \
                 give it another time, or leave those frames free";
             return self.refuse(Invalid::Term(term, conflict));
         }
         let (outcome, restarts) = self.search(cost);
-        let cost = self.settled_cost + self.state.evaluate(&self.plan, self.motion);
+        let cost = self.settled_cost + self.state.evaluate(&self.layout, self.motion);
         let (smoothness, spacing) = (self.state.smoothness_cost, self.state.spacing_cost);
-        let mut terms = report_terms(&self.plan, self.motion, &mut self.state);
+        let mut terms = report_terms(&self.layout, self.motion, &mut self.state);
         let within = match self.solver.options().cost_below {
             Some(bar) => cost < bar,
             None => terms.iter().all(|t| t.satisfied || !t.mandatory),
@@ -223,7 +223,7 @@ impl<'a> Run<'a> {
         let poses = (0..timeline.n_frames())
             .map(|t| {
                 let mut pose = self.motion.given(t).unwrap_or(&self.still).clone();
-                self.state.store(&self.plan, t, &mut pose);
+                self.state.store(&self.layout, t, &mut pose);
                 pose
             })
             .collect();
@@ -245,7 +245,7 @@ impl<'a> Run<'a> {
             return (best, 0);
         }
         self.workspace.best.copy_from_slice(&self.state.coords);
-        let seeds = Seeds::new(&self.plan);
+        let seeds = Seeds::new(&self.layout);
         let mut restarts = 0;
         let max_restarts = if best.is_rate_bound { max_restarts.min(MOST_RATE_BOUND) } else { max_restarts };
         while !success && restarts < max_restarts && best.stop != StopReason::TimeBudget {
@@ -264,7 +264,7 @@ impl<'a> Run<'a> {
         self.state.coords.copy_from_slice(&self.workspace.best);
         if !success && best.stop != StopReason::TimeBudget {
             // Starts were given up while others waited: the best of them is now followed to its end.
-            let cost = self.state.evaluate(&self.plan, self.motion);
+            let cost = self.state.evaluate(&self.layout, self.motion);
             bar.impatient = false;
             self.budget.next_start();
             let again = self.run_once(cost, &bar);
@@ -285,7 +285,7 @@ impl<'a> Run<'a> {
     pub(super) fn succeeded(&mut self, outcome: &Outcome) -> bool {
         match self.cost_below() {
             Some(bar) => outcome.cost < bar,
-            None => outcome.cost.is_finite() && self.state.is_satisfied(&self.plan, self.motion),
+            None => outcome.cost.is_finite() && self.state.is_satisfied(&self.layout, self.motion),
         }
     }
 
@@ -295,18 +295,18 @@ impl<'a> Run<'a> {
         let mut best = (f64::INFINITY, 0);
         for i in 0..SCREENED {
             self.seed(seeds, restart * SCREENED + i);
-            let cost = self.state.evaluate(&self.plan, self.motion);
+            let cost = self.state.evaluate(&self.layout, self.motion);
             if cost < best.0 || i == 0 {
                 best = (cost, i);
             }
         }
         self.seed(seeds, restart * SCREENED + best.1);
-        self.state.evaluate(&self.plan, self.motion)
+        self.state.evaluate(&self.layout, self.motion)
     }
 
     /// Poses of the sequence at the keys, the straight way between them and what is given, in the state.
     fn seed(&mut self, seeds: &Seeds, idx: usize) {
-        let nc = self.plan.n_coords;
+        let nc = self.layout.n_coords;
         self.state.coords.copy_from_slice(&self.workspace.start);
         let last = self.state.n_frames - 1;
         // Runs of keyed frames share one pose: the seed of their number.
@@ -325,13 +325,13 @@ impl<'a> Run<'a> {
             }
             let start = self.workspace.start[t * nc..(t + 1) * nc].to_vec();
             let number = idx + (n_runs - 1) * 17;
-            seeds.write(&self.plan, number, &start, &mut self.state.coords[t * nc..(t + 1) * nc]);
+            seeds.write(&self.layout, number, &start, &mut self.state.coords[t * nc..(t + 1) * nc]);
             anchors.push(t);
         }
         anchors.sort_unstable();
         anchors.dedup();
         for pair in anchors.windows(2) {
-            self.state.interpolate(&self.plan, pair[0], pair[1]);
+            self.state.interpolate(&self.layout, pair[0], pair[1]);
         }
         // Before the first and after the last there is nowhere to go.
         if let (Some(&first), Some(&end)) = (anchors.first(), anchors.last()) {
@@ -346,8 +346,15 @@ impl<'a> Run<'a> {
         match &self.solver.options().method {
             Method::Adam(options) => {
                 let adam = &mut self.workspace.adam;
-                let (cost, stop) =
-                    adam.run(options, &self.plan, self.motion, &mut self.state, cost, bar, &mut self.budget);
+                let (cost, stop) = adam.run(
+                    options,
+                    &self.layout,
+                    self.motion,
+                    &mut self.state,
+                    cost,
+                    bar,
+                    &mut self.budget,
+                );
                 Outcome::new(cost, stop)
             }
             _ if self.holds_rates() => self.run_limited(cost, bar),

@@ -4,12 +4,12 @@ use std::ops::{Index, IndexMut, Range};
 
 use ikiru_rig::{JointId, Pose, RateLimit, Rig};
 
+use crate::layout::joints_read;
 use crate::motion::error::MotionError;
 use crate::motion::frame_terms::FrameTerms;
 use crate::motion::timeline::Timeline;
 use crate::motion::when::When;
 use crate::objective::Objective;
-use crate::plan::joints_read;
 use crate::problem::{Problem, TermId, Tolerance, check_objective};
 
 /// Where a term holds, and its objectives where they move.

@@ -10,9 +10,9 @@ use std::ops::Range;
 
 use ikiru_rig::{Part, Rate, RateLimit};
 
+use crate::layout::Layout;
 use crate::motion::banded::BandedLines;
 use crate::motion::problem::MotionProblem;
-use crate::plan::Plan;
 
 /// By how much less is allowed, relative to a limit, than the limit: what a plan leaves over stays inside it.
 const MARGIN: f64 = 1e-3;
@@ -84,10 +84,10 @@ struct Place {
 }
 
 impl RateBounds {
-    pub(crate) fn new(plan: &Plan, motion: &MotionProblem) -> Self {
+    pub(crate) fn new(layout: &Layout, motion: &MotionProblem) -> Self {
         let (n_frames, step) = (motion.timeline().n_frames(), motion.timeline().step_secs());
         let bound = |limit: &RateLimit| {
-            let m = plan.movers.iter().find(|m| m.joint == limit.joint)?;
+            let m = layout.movers.iter().find(|m| m.joint == limit.joint)?;
             let is_meant = |k: &usize| m.is_translation(*k) == (limit.part == Part::Translation);
             let own: Vec<usize> = (0..m.n_dofs).filter(is_meant).collect();
             let most = limit.most * if limit.rate == Rate::Speed { step } else { step * step };
@@ -103,7 +103,7 @@ impl RateBounds {
             multipliers: vec![0.0; n_multipliers],
             penalty: 0.0,
             curvature: BandedLines::default(),
-            is_bent: vec![false; plan.n_dofs],
+            is_bent: vec![false; layout.n_dofs],
         }
     }
 
@@ -242,8 +242,8 @@ mod tests {
     fn the_gradient_is_that_of_central_differences() {
         for number in 0..20 {
             let mut case = case(number, true);
-            case.state.evaluate(&case.plan, &case.motion);
-            let n = case.plan.n_dofs;
+            case.state.evaluate(&case.layout, &case.motion);
+            let n = case.layout.n_dofs;
             let mut first = case.state.smoothness.first().to_vec();
             let bounds = &mut case.state.rate_bounds;
             // Multipliers that are not all 0.
@@ -273,20 +273,20 @@ mod tests {
         let mut n_kept = 0;
         for number in 0..30 {
             let mut case = case(number, true);
-            case.state.evaluate(&case.plan, &case.motion);
+            case.state.evaluate(&case.layout, &case.motion);
             let rig = case.motion.rig().clone();
             let n_frames = case.state.n_frames;
             let timeline = case.motion.timeline().clone();
             let poses = (0..n_frames).map(|t| {
                 let mut pose = rig.rest_pose();
-                case.state.store(&case.plan, t, &mut pose);
+                case.state.store(&case.layout, t, &mut pose);
                 pose
             });
             let clip = Clip::new("", timeline.times(), poses.collect()).unwrap();
             let first = case.state.smoothness.first().to_vec();
             let mut longest = std::collections::HashMap::<usize, f64>::new();
             let bounds = &case.state.rate_bounds;
-            bounds.visit(case.plan.n_dofs, &first, |bound, place| {
+            bounds.visit(case.layout.n_dofs, &first, |bound, place| {
                 let idx = bounds.bounds.iter().position(|b| b.limit == bound.limit).unwrap();
                 let ratio = longest.entry(idx).or_default();
                 *ratio = ratio.max(place.length / bound.most);

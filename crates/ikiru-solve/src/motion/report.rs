@@ -2,10 +2,10 @@
 
 use ikiru_rig::{JointId, RateExcess};
 
+use crate::layout::{Layout, joints_read};
 use crate::motion::problem::MotionProblem;
 use crate::motion::state::MotionState;
 use crate::objective::Unit;
-use crate::plan::{Plan, joints_read};
 use crate::problem::Terms;
 use crate::report::{Invalid, PartReport, PartReports, StopReason};
 
@@ -86,18 +86,18 @@ impl MotionReport {
 
 /// The terms of a motion as its state holds it.
 pub(crate) fn report_terms(
-    plan: &Plan,
+    layout: &Layout,
     motion: &MotionProblem,
     state: &mut MotionState,
 ) -> Vec<MotionTermReport> {
     let timeline = motion.timeline();
-    let mut reports: Vec<MotionTermReport> = plan
+    let mut reports: Vec<MotionTermReport> = layout
         .terms
         .iter()
         .map(|t| {
             let (term, frames) = (&motion.terms().terms()[t.term], &motion.tracks()[t.term].frames);
             let objective = &term.objective;
-            let unit = |part: usize| plan.parts.get(part).map_or(Unit::Metres, |p| p.unit);
+            let unit = |part: usize| layout.parts.get(part).map_or(Unit::Metres, |p| p.unit);
             let others = t.parts.clone().skip(1).map(|part| PartReport { residual: 0.0, unit: unit(part) });
             MotionTermReport {
                 kind: objective.kind(),
@@ -115,13 +115,13 @@ pub(crate) fn report_terms(
             }
         })
         .collect();
-    state.visit(plan, motion, |state, terms, frame| {
-        for (t, report) in plan.terms.iter().zip(&mut reports).filter(|(t, _)| terms.is_on(t.term)) {
+    state.visit(layout, motion, |state, terms, frame| {
+        for (t, report) in layout.terms.iter().zip(&mut reports).filter(|(t, _)| terms.is_on(t.term)) {
             let loss = terms.objective(t.term).loss();
             for (idx, part) in t.parts.clone().enumerate() {
                 let length = state.squares[part].sqrt();
                 report.cost += report.weight * loss.cost(state.squares[part]);
-                let tolerance = motion.terms().terms()[t.term].tolerance.of(plan.parts[part].unit);
+                let tolerance = motion.terms().terms()[t.term].tolerance.of(layout.parts[part].unit);
                 report.satisfied &= length <= tolerance;
                 if idx > 0 {
                     let other = &mut report.others[idx - 1].residual;

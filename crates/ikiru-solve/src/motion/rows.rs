@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use crate::layout::Layout;
 use crate::objective::Loss;
-use crate::plan::Plan;
 
 /// The rows of one frame: `n_rows` from `first` on.
 #[derive(Clone, Copy, Debug)]
@@ -35,17 +35,17 @@ pub(crate) struct FrameRows {
     pub(crate) residual: Vec<f64>,
     /// Row by row, by those degrees of freedom of the row's own frame that move it.
     jacobian: Vec<f64>,
-    /// Which row of the plan each row is, and where its entries begin.
-    of_plan: Vec<(usize, usize)>,
-    /// For each row of the plan, the runs of degrees of freedom that move it: a hand does not see a foot.
+    /// Which row of the layout each row is, and where its entries begin.
+    of_layout: Vec<(usize, usize)>,
+    /// For each row of the layout, the runs of degrees of freedom that move it: a hand does not see a foot.
     support: Vec<Vec<Range<usize>>>,
 }
 
 impl FrameRows {
-    /// No rows yet, of a plan's degrees of freedom.
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let mut support = vec![Vec::<Range<usize>>::new(); plan.n_rows];
-        for (k, span) in plan.spans.iter().enumerate() {
+    /// No rows yet, of a layout's degrees of freedom.
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let mut support = vec![Vec::<Range<usize>>::new(); layout.n_rows];
+        for (k, span) in layout.spans.iter().enumerate() {
             for runs in &mut support[span.first..span.first + span.len] {
                 match runs.last_mut() {
                     Some(run) if run.end == k => run.end = k + 1,
@@ -53,39 +53,39 @@ impl FrameRows {
                 }
             }
         }
-        Self { n_dofs: plan.n_dofs, support, ..Self::default() }
+        Self { n_dofs: layout.n_dofs, support, ..Self::default() }
     }
 
     /// No rows yet, of which every one may have all entries.
     #[cfg(test)]
-    pub(crate) fn dense(n_dofs: usize, n_rows_of_plan: usize) -> Self {
-        Self { n_dofs, support: vec![vec![0..n_dofs]; n_rows_of_plan], ..Self::default() }
+    pub(crate) fn dense(n_dofs: usize, n_rows_of_layout: usize) -> Self {
+        Self { n_dofs, support: vec![vec![0..n_dofs]; n_rows_of_layout], ..Self::default() }
     }
 
-    /// Makes room for rows that only one run of degrees of freedom moves; the answer is their number in the plan.
+    /// Makes room for rows that only one run of degrees of freedom moves; the answer is their number in the layout.
     pub(crate) fn add_support(&mut self, run: Range<usize>) -> usize {
         self.support.push(vec![run]);
         self.support.len() - 1
     }
 
-    /// Adds a row of another set, which has the same plan.
+    /// Adds a row of another set, which has the same layout.
     pub(crate) fn push_copy(&mut self, other: &Self, row: usize) {
-        let (of_plan, at) = other.of_plan[row];
-        let n: usize = other.support[of_plan].iter().map(Range::len).sum();
+        let (of_layout, at) = other.of_layout[row];
+        let n: usize = other.support[of_layout].iter().map(Range::len).sum();
         self.residual.push(other.residual[row]);
-        self.of_plan.push((of_plan, self.jacobian.len()));
+        self.of_layout.push((of_layout, self.jacobian.len()));
         self.jacobian.extend_from_slice(&other.jacobian[at..at + n]);
     }
 
-    /// Adds a row: number `of_plan` of a plan, its scaled residual, and its derivative by a degree of freedom.
-    pub(crate) fn push(&mut self, of_plan: usize, residual: f64, derivative: impl Fn(usize) -> f64) {
+    /// Adds a row: number `of_layout` of a layout, its scaled residual, and its derivative by a degree of freedom.
+    pub(crate) fn push(&mut self, of_layout: usize, residual: f64, derivative: impl Fn(usize) -> f64) {
         self.residual.push(residual);
-        self.of_plan.push((of_plan, self.jacobian.len()));
-        self.jacobian.extend(self.support[of_plan].iter().cloned().flatten().map(derivative));
+        self.of_layout.push((of_layout, self.jacobian.len()));
+        self.jacobian.extend(self.support[of_layout].iter().cloned().flatten().map(derivative));
     }
 
     pub(crate) fn clear(&mut self) {
-        self.of_plan.clear();
+        self.of_layout.clear();
         self.blocks.clear();
         self.parts.clear();
         self.residual.clear();
@@ -99,8 +99,8 @@ impl FrameRows {
     /// The entries of one row in runs: the degrees of freedom, and the derivative by them.
     #[inline]
     pub(crate) fn runs(&self, row: usize) -> impl Iterator<Item = (Range<usize>, &[f64])> {
-        let (of_plan, mut at) = self.of_plan[row];
-        self.support[of_plan].iter().map(move |run| {
+        let (of_layout, mut at) = self.of_layout[row];
+        self.support[of_layout].iter().map(move |run| {
             let entries = &self.jacobian[at..at + run.len()];
             at += run.len();
             (run.clone(), entries)

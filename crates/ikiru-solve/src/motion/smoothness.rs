@@ -6,7 +6,7 @@
 use glam::DVec3;
 use ikiru_rig::{Motion, difference_joint, maths};
 
-use crate::plan::Plan;
+use crate::layout::Layout;
 
 /// A step beside an end, and the one after it.
 #[derive(Clone, Copy, Debug)]
@@ -35,14 +35,14 @@ impl Smoothness {
     }
 
     /// The cost of each order, at the coordinates of all frames (`n_frames × n_coords`).
-    pub(crate) fn cost(&mut self, plan: &Plan, coords: &[f64]) -> [f64; 3] {
-        let (n, nc) = (plan.n_dofs, plan.n_coords);
+    pub(crate) fn cost(&mut self, layout: &Layout, coords: &[f64]) -> [f64; 3] {
+        let (n, nc) = (layout.n_dofs, layout.n_coords);
         let n_frames = self.first.len().checked_div(n).unwrap_or(0);
         let mut cost = [0.0; 3];
         for t in 0..n_frames.saturating_sub(1) {
             let (from, to) = (&coords[t * nc..(t + 1) * nc], &coords[(t + 1) * nc..(t + 2) * nc]);
             let first = &mut self.first[t * n..(t + 1) * n];
-            for m in &plan.movers {
+            for m in &layout.movers {
                 let c = m.coord..m.coord + m.n_coords;
                 let tangent = &mut first[m.dof..m.dof + m.n_dofs];
                 difference_joint(&m.motion, &from[c.clone()], &to[c], tangent);
@@ -120,8 +120,8 @@ impl Smoothness {
 
     /// Adds half the gradient by the tangents of all frames, as of the last [`cost`](Self::cost); `beside` is half that
     /// of everything else by the first differences, [rest at the ends](Self::add_rest_pull) among it.
-    pub(crate) fn add_half_gradient(&mut self, plan: &Plan, beside: &[f64], gradient: &mut [f64]) {
-        let n = plan.n_dofs;
+    pub(crate) fn add_half_gradient(&mut self, layout: &Layout, beside: &[f64], gradient: &mut [f64]) {
+        let n = layout.n_dofs;
         let n_frames = self.first.len().checked_div(n).unwrap_or(0);
         if n_frames < 2 {
             return;
@@ -140,7 +140,7 @@ impl Smoothness {
             }
         }
         for t in 0..n_frames - 1 {
-            for m in &plan.movers {
+            for m in &layout.movers {
                 let mut pull = [0.0; 6];
                 for j in 0..m.n_dofs {
                     let (k, i) = (m.dof + j, t * n + m.dof + j);
@@ -197,26 +197,26 @@ mod tests {
             let mut problem = Problem::whole_body(&rig);
             let joints: Vec<_> = problem.active().collect();
             problem.add(1.0, RestPose::new(&joints, rig.rest_pose()));
-            let plan = Plan::new(&problem);
+            let layout = Layout::new(&problem);
             let n_frames = 2 + random.below(5);
-            let (n, nc) = (plan.n_dofs, plan.n_coords);
+            let (n, nc) = (layout.n_dofs, layout.n_coords);
             let weights = (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();
             let mut coords = Vec::new();
             for _ in 0..n_frames {
                 let pose = random_pose(&rig, &mut random);
-                for m in &plan.movers {
+                for m in &layout.movers {
                     coords.extend_from_slice(&pose.coords()[m.pose_coord..m.pose_coord + m.n_coords]);
                 }
             }
             let at_rest = [random.below(2) == 0, random.below(2) == 0];
             let mut smoothness = Smoothness::new(weights, at_rest, n_frames);
-            smoothness.cost(&plan, &coords);
+            smoothness.cost(&layout, &coords);
             let mut gradient = vec![0.0; n * n_frames];
             let mut beside = vec![0.0; n * n_frames];
             smoothness.add_rest_pull(&mut beside);
-            smoothness.add_half_gradient(&plan, &beside, &mut gradient);
+            smoothness.add_half_gradient(&layout, &beside, &mut gradient);
             for t in 0..n_frames {
-                for m in &plan.movers {
+                for m in &layout.movers {
                     for j in 0..m.n_dofs {
                         let mut at = |h: f64| {
                             let mut moved = coords.clone();
@@ -228,7 +228,7 @@ mod tests {
                                 &mut moved[from..from + m.n_coords],
                                 &tangent[..m.n_dofs],
                             );
-                            smoothness.cost(&plan, &moved).iter().sum::<f64>()
+                            smoothness.cost(&layout, &moved).iter().sum::<f64>()
                         };
                         let h = 1e-6;
                         let numeric = (at(h) - at(-h)) / (4.0 * h);

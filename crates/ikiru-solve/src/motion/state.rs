@@ -2,13 +2,13 @@
 
 use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
 
+use crate::layout::Layout;
 use crate::motion::frame_terms::FrameTerms;
 use crate::motion::problem::MotionProblem;
 use crate::motion::rate_bounds::RateBounds;
 use crate::motion::rows::{Block, FrameRows, RowPart};
 use crate::motion::smoothness::Smoothness;
 use crate::motion::spacing::Spacing;
-use crate::plan::Plan;
 use crate::problem::Terms;
 use crate::state::State;
 
@@ -45,21 +45,21 @@ pub(crate) struct MotionState {
 }
 
 impl MotionState {
-    pub(crate) fn new(plan: &Plan, motion: &MotionProblem) -> Self {
+    pub(crate) fn new(layout: &Layout, motion: &MotionProblem) -> Self {
         let n_frames = motion.timeline().n_frames();
-        let n = plan.n_dofs * n_frames;
+        let n = layout.n_dofs * n_frames;
         let weights =
-            plan.movers.iter().flat_map(|m| vec![motion.smoothness_of(m.joint); m.n_dofs]).collect();
+            layout.movers.iter().flat_map(|m| vec![motion.smoothness_of(m.joint); m.n_dofs]).collect();
         let n_terms = motion.tracks().len();
         let keyed = (0..n_frames).filter(|t| (0..n_terms).any(|term| motion.wants(term, *t)));
         let settled = (0..n_frames).filter(|t| (0..n_terms).any(|term| motion.settles(term, *t)));
         Self {
             n_frames,
-            coords: vec![0.0; plan.n_coords * n_frames],
+            coords: vec![0.0; layout.n_coords * n_frames],
             is_given: (0..n_frames).map(|t| motion.given(t).is_some()).collect(),
             keyed: keyed.collect(),
             settled: settled.collect(),
-            rows: FrameRows::new(plan),
+            rows: FrameRows::new(layout),
             gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             cost_beside_rows: 0.0,
@@ -67,56 +67,56 @@ impl MotionState {
             smoothness_cost: [0.0; 3],
             spacing: Spacing::new(motion.even_spacing()),
             spacing_cost: 0.0,
-            rate_bounds: RateBounds::new(plan, motion),
+            rate_bounds: RateBounds::new(layout, motion),
             pull: vec![0.0; n],
-            frame: State::new(plan),
+            frame: State::new(layout),
             evaluated: None,
         }
     }
 
     /// Takes over the pose of one frame, inside its limits; false where its numbers are not usable.
-    pub(crate) fn load(&mut self, plan: &Plan, t: usize, pose: &Pose) -> bool {
-        if !self.frame.load(plan, pose) {
+    pub(crate) fn load(&mut self, layout: &Layout, t: usize, pose: &Pose) -> bool {
+        if !self.frame.load(layout, pose) {
             return false;
         }
         self.evaluated = None;
         if !self.is_given[t] {
-            self.frame.project(plan);
+            self.frame.project(layout);
         }
-        let nc = plan.n_coords;
+        let nc = layout.n_coords;
         self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.frame.coords[..nc]);
         true
     }
 
     /// Writes one frame into a pose.
-    pub(crate) fn store(&mut self, plan: &Plan, t: usize, pose: &mut Pose) {
-        self.enter(plan, t);
-        self.frame.store(plan, pose);
+    pub(crate) fn store(&mut self, layout: &Layout, t: usize, pose: &mut Pose) {
+        self.enter(layout, t);
+        self.frame.store(layout, pose);
     }
 
-    fn enter(&mut self, plan: &Plan, t: usize) {
-        let nc = plan.n_coords;
+    fn enter(&mut self, layout: &Layout, t: usize) {
+        let nc = layout.n_coords;
         self.frame.coords[..nc].copy_from_slice(&self.coords[t * nc..(t + 1) * nc]);
         self.frame.forget_constants();
         self.evaluated = None;
     }
 
     /// Evaluates what is wanted of one frame; the answer is its cost.
-    fn evaluate_frame(&mut self, plan: &Plan, motion: &MotionProblem, t: usize) -> f64 {
-        self.enter(plan, t);
-        let cost = self.frame.evaluate(plan, &motion.at(t));
+    fn evaluate_frame(&mut self, layout: &Layout, motion: &MotionProblem, t: usize) -> f64 {
+        self.enter(layout, t);
+        let cost = self.frame.evaluate(layout, &motion.at(t));
         self.evaluated = Some(t);
         cost
     }
 
     /// The cost of the terms that given frames settle. It is a constant of the motion, which [`evaluate`](Self::evaluate)
     /// leaves out: what no step can change must not say how much a step is worth.
-    pub(crate) fn settled_cost(&mut self, plan: &Plan, motion: &MotionProblem) -> f64 {
+    pub(crate) fn settled_cost(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
         let mut cost = 0.0;
         for i in 0..self.settled.len() {
             let t = self.settled[i];
-            self.enter(plan, t);
-            cost += self.frame.evaluate(plan, &motion.settled_at(t));
+            self.enter(layout, t);
+            cost += self.frame.evaluate(layout, &motion.settled_at(t));
         }
         cost
     }
@@ -125,7 +125,7 @@ impl MotionState {
     /// or what is settled there. Ends early where `see` says false.
     pub(crate) fn visit(
         &mut self,
-        plan: &Plan,
+        layout: &Layout,
         motion: &MotionProblem,
         mut see: impl FnMut(&State, &FrameTerms<'_>, usize) -> bool,
     ) {
@@ -138,8 +138,8 @@ impl MotionState {
                 let t = self.settled[i - n_keyed];
                 (t, motion.settled_at(t))
             };
-            self.enter(plan, t);
-            self.frame.evaluate(plan, &terms);
+            self.enter(layout, t);
+            self.frame.evaluate(layout, &terms);
             if !see(&self.frame, &terms, t) {
                 return;
             }
@@ -148,22 +148,22 @@ impl MotionState {
 
     /// The cost of the whole motion but for what is [settled](Self::settled_cost), with that of limits on rates while
     /// they are [on](RateBounds::begin); infinite where it is not a number.
-    pub(crate) fn evaluate(&mut self, plan: &Plan, motion: &MotionProblem) -> f64 {
+    pub(crate) fn evaluate(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
         let mut cost = 0.0;
         for i in 0..self.keyed.len() {
-            cost += self.evaluate_frame(plan, motion, self.keyed[i]);
+            cost += self.evaluate_frame(layout, motion, self.keyed[i]);
         }
-        self.smoothness_cost = self.smoothness.cost(plan, &self.coords);
+        self.smoothness_cost = self.smoothness.cost(layout, &self.coords);
         cost += self.smoothness_cost.iter().sum::<f64>();
-        let (n, first) = (plan.n_dofs, self.smoothness.first());
+        let (n, first) = (layout.n_dofs, self.smoothness.first());
         self.spacing_cost = self.spacing.cost(n, first, self.n_frames);
         cost += self.spacing_cost + self.rate_bounds.cost(n, first);
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
     /// Rows, gradients and curvatures at the coordinates that were [evaluated](Self::evaluate) last.
-    pub(crate) fn linearize(&mut self, plan: &Plan, motion: &MotionProblem) {
-        let n = plan.n_dofs;
+    pub(crate) fn linearize(&mut self, layout: &Layout, motion: &MotionProblem) {
+        let n = layout.n_dofs;
         self.rows.clear();
         self.gradient.fill(0.0);
         self.curvature.fill(0.0);
@@ -174,27 +174,27 @@ impl MotionState {
         self.smoothness.add_rest_pull(&mut self.pull);
         self.spacing.add_pull(n, first, &mut self.pull);
         self.rate_bounds.linearize(n, first, &mut self.pull);
-        self.smoothness.add_half_gradient(plan, &self.pull, &mut self.gradient);
+        self.smoothness.add_half_gradient(layout, &self.pull, &mut self.gradient);
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
             // One key alone is still what was evaluated.
             if self.evaluated != Some(t) {
-                self.evaluate_frame(plan, motion, t);
+                self.evaluate_frame(layout, motion, t);
             }
             let terms = motion.at(t);
-            self.frame.linearize(plan, &terms, false);
+            self.frame.linearize(layout, &terms, false);
             for k in 0..n {
                 self.gradient[t * n + k] += self.frame.joint_gradient[k];
                 self.curvature[t * n + k] += self.frame.joint_curvature[k];
             }
-            self.push_rows(plan, &terms, t);
+            self.push_rows(layout, &terms, t);
         }
     }
 
     /// Copies the rows of the frame that was linearized.
-    fn push_rows(&mut self, plan: &Plan, terms: &impl Terms, t: usize) {
+    fn push_rows(&mut self, layout: &Layout, terms: &impl Terms, t: usize) {
         let first_of_frame = self.rows.n_rows();
-        for term in plan.terms.iter().filter(|term| terms.is_on(term.term)) {
+        for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
             let (weight, loss) = (terms.weight(term.term), terms.objective(term.term).loss());
             let mut row = term.rows.start;
             for part in term.parts.clone() {
@@ -203,12 +203,12 @@ impl MotionState {
                     self.cost_beside_rows += weight * loss.cost(self.frame.squares[part]);
                     continue;
                 }
-                let n_rows = plan.parts[part].n_rows;
+                let n_rows = layout.parts[part].n_rows;
                 let first = self.rows.n_rows();
                 self.rows.parts.push(RowPart { first, n_rows, term_weight: weight, loss, weight: scale });
                 for r in row..row + n_rows {
                     self.rows.push(r, self.frame.scaled[r], |k| {
-                        let span = &plan.spans[k];
+                        let span = &layout.spans[k];
                         self.frame.jacobian[span.start + r - span.first]
                     });
                 }
@@ -222,20 +222,25 @@ impl MotionState {
     }
 
     /// The residuals at the current coordinates, scaled as the rows of the last linearization are.
-    pub(crate) fn scaled_residuals(&mut self, plan: &Plan, motion: &MotionProblem, residual: &mut Vec<f64>) {
+    pub(crate) fn scaled_residuals(
+        &mut self,
+        layout: &Layout,
+        motion: &MotionProblem,
+        residual: &mut Vec<f64>,
+    ) {
         residual.clear();
         let mut part_idx = 0;
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
             if self.evaluated != Some(t) {
-                self.evaluate_frame(plan, motion, t);
+                self.evaluate_frame(layout, motion, t);
             }
             let terms = motion.at(t);
-            for term in plan.terms.iter().filter(|term| terms.is_on(term.term)) {
+            for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
                 let mut row = term.rows.start;
                 for part in term.frame_parts() {
                     let scale = self.rows.parts[part_idx].weight.sqrt();
-                    let n_rows = plan.parts[part].n_rows;
+                    let n_rows = layout.parts[part].n_rows;
                     residual.extend(self.frame.residual[row..row + n_rows].iter().map(|r| r * scale));
                     row += n_rows;
                     part_idx += 1;
@@ -245,8 +250,8 @@ impl MotionState {
     }
 
     /// `coords := project(from ⊕ tangents)` for all frames that are not given.
-    pub(crate) fn step(&mut self, plan: &Plan, from: &[f64], tangents: &[f64]) {
-        let (n, nc) = (plan.n_dofs, plan.n_coords);
+    pub(crate) fn step(&mut self, layout: &Layout, from: &[f64], tangents: &[f64]) {
+        let (n, nc) = (layout.n_dofs, layout.n_coords);
         self.evaluated = None;
         for t in 0..self.n_frames {
             let coords = &mut self.coords[t * nc..(t + 1) * nc];
@@ -255,7 +260,7 @@ impl MotionState {
                 continue;
             }
             let tangent = &tangents[t * n..(t + 1) * n];
-            for m in &plan.movers {
+            for m in &layout.movers {
                 let coords = &mut coords[m.coord..m.coord + m.n_coords];
                 retract_joint(&m.motion, coords, &tangent[m.dof..m.dof + m.n_dofs]);
                 project_joint(&m.motion, coords);
@@ -264,14 +269,14 @@ impl MotionState {
     }
 
     /// Sets the frames between two others on the way from one to the other, at even distances.
-    pub(crate) fn interpolate(&mut self, plan: &Plan, from: usize, to: usize) {
-        let nc = plan.n_coords;
+    pub(crate) fn interpolate(&mut self, layout: &Layout, from: usize, to: usize) {
+        let nc = layout.n_coords;
         for t in from + 1..to {
             if self.is_given[t] {
                 continue;
             }
             let part = (t - from) as f64 / (to - from) as f64;
-            for m in &plan.movers {
+            for m in &layout.movers {
                 let of = |frame: usize| frame * nc + m.coord..frame * nc + m.coord + m.n_coords;
                 let mut way = [0.0; 6];
                 let way = &mut way[..m.n_dofs];
@@ -287,28 +292,28 @@ impl MotionState {
     }
 
     /// Whether every mandatory term is within its tolerance at each of the frames of which it wants something.
-    pub(crate) fn is_satisfied(&mut self, plan: &Plan, motion: &MotionProblem) -> bool {
-        self.unsatisfied(plan, motion, |term| !motion.is_settled(term)).is_none()
+    pub(crate) fn is_satisfied(&mut self, layout: &Layout, motion: &MotionProblem) -> bool {
+        self.unsatisfied(layout, motion, |term| !motion.is_settled(term)).is_none()
     }
 
     /// The first mandatory term that given frames settle and do not meet.
-    pub(crate) fn conflict(&mut self, plan: &Plan, motion: &MotionProblem) -> Option<usize> {
-        self.unsatisfied(plan, motion, |term| motion.is_settled(term))
+    pub(crate) fn conflict(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
+        self.unsatisfied(layout, motion, |term| motion.is_settled(term))
     }
 
     /// The first mandatory term of some that is not within its tolerance at one of its frames.
     fn unsatisfied(
         &mut self,
-        plan: &Plan,
+        layout: &Layout,
         motion: &MotionProblem,
         is_meant: impl Fn(usize) -> bool,
     ) -> Option<usize> {
         let mut unmet = None;
-        self.visit(plan, motion, |frame, terms, _| {
-            let mut on = plan.terms.iter().filter(|t| is_meant(t.term) && terms.is_on(t.term));
+        self.visit(layout, motion, |frame, terms, _| {
+            let mut on = layout.terms.iter().filter(|t| is_meant(t.term) && terms.is_on(t.term));
             unmet = on.find(|t| {
                 let data = &motion.terms().terms()[t.term];
-                data.counts() && !frame.is_within(plan, t, &data.tolerance)
+                data.counts() && !frame.is_within(layout, t, &data.tolerance)
             });
             unmet.is_none()
         });
@@ -316,10 +321,10 @@ impl MotionState {
     }
 
     /// The first term whose residual is not finite at one of its frames.
-    pub(crate) fn not_finite(&mut self, plan: &Plan, motion: &MotionProblem) -> Option<usize> {
+    pub(crate) fn not_finite(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
         let mut bad = None;
-        self.visit(plan, motion, |frame, terms, _| {
-            let mut on = plan.terms.iter().filter(|t| terms.is_on(t.term));
+        self.visit(layout, motion, |frame, terms, _| {
+            let mut on = layout.terms.iter().filter(|t| terms.is_on(t.term));
             bad = on.find(|t| t.parts.clone().any(|part| !frame.squares[part].is_finite()));
             bad.is_none()
         });
@@ -336,15 +341,15 @@ mod tests {
     fn the_gradient_of_the_whole_motion_is_that_of_its_cost() {
         for number in 0..40 {
             let mut case = case(number, number % 2 == 1);
-            let (plan, motion) = (&case.plan, &case.motion);
-            case.state.evaluate(plan, motion);
-            case.state.linearize(plan, motion);
+            let (layout, motion) = (&case.layout, &case.motion);
+            case.state.evaluate(layout, motion);
+            case.state.linearize(layout, motion);
             let mut gradient = case.state.gradient.clone();
             case.state.rows.add_transposed(&case.state.rows.residual, &mut gradient);
-            let (n, nc, h) = (plan.n_dofs, plan.n_coords, 1e-6);
+            let (n, nc, h) = (layout.n_dofs, layout.n_coords, 1e-6);
             let start = case.state.coords.clone();
             for t in 0..case.state.n_frames {
-                for m in &plan.movers {
+                for m in &layout.movers {
                     for k in 0..m.n_dofs {
                         let mut cost_at = |way: f64| {
                             let mut tangent = [0.0; 6];
@@ -353,7 +358,7 @@ mod tests {
                             let at = t * nc + m.coord;
                             let coords = &mut case.state.coords[at..at + m.n_coords];
                             retract_joint(&m.motion, coords, &tangent[..m.n_dofs]);
-                            case.state.evaluate(plan, motion)
+                            case.state.evaluate(layout, motion)
                         };
                         let numeric = (cost_at(h) - cost_at(-h)) / (4.0 * h);
                         let exact = gradient[t * n + m.dof + k];
@@ -369,9 +374,9 @@ mod tests {
     fn rows_are_what_residuals_change_by() {
         for number in 0..20 {
             let mut case = case(number, false);
-            let (plan, motion) = (&case.plan, &case.motion);
-            case.state.evaluate(plan, motion);
-            case.state.linearize(plan, motion);
+            let (layout, motion) = (&case.layout, &case.motion);
+            case.state.evaluate(layout, motion);
+            case.state.linearize(layout, motion);
             let start = case.state.coords.clone();
             let size = case.state.gradient.len();
             let h = 1e-6;
@@ -382,16 +387,16 @@ mod tests {
                 // Not `step`: limits must not hold the difference back.
                 case.state.coords.copy_from_slice(&start);
                 for t in 0..case.state.n_frames {
-                    for m in &plan.movers {
-                        let at = t * plan.n_coords + m.coord;
-                        let dofs = t * plan.n_dofs + m.dof;
+                    for m in &layout.movers {
+                        let at = t * layout.n_coords + m.coord;
+                        let dofs = t * layout.n_dofs + m.dof;
                         let way: Vec<f64> = tangent[dofs..dofs + m.n_dofs].iter().map(|d| sign * d).collect();
                         retract_joint(&m.motion, &mut case.state.coords[at..at + m.n_coords], &way);
                     }
                 }
-                case.state.evaluate(plan, motion);
+                case.state.evaluate(layout, motion);
                 let mut residual = Vec::new();
-                case.state.scaled_residuals(plan, motion, &mut residual);
+                case.state.scaled_residuals(layout, motion, &mut residual);
                 residual
             };
             let (ahead, behind) = (residual_at(1.0), residual_at(-1.0));

@@ -1,11 +1,11 @@
 //! The damped Gauss–Newton step of a whole motion inside all limits: [`System`] solved again and again, with what a step
 //! would take beyond a limit held at it.
 
+use crate::layout::Layout;
 use crate::motion::cones::Cones;
 use crate::motion::rows::FrameRows;
 use crate::motion::state::MotionState;
 use crate::motion::system::{MOST_DIRECT_ROWS, System};
-use crate::plan::Plan;
 
 /// How near to a limit counts as on it, in radians or metres.
 pub(crate) const ON_LIMIT: f64 = 1e-9;
@@ -34,17 +34,17 @@ pub(crate) struct MotionStep {
 }
 
 impl MotionStep {
-    pub(crate) fn new(plan: &Plan, state: &MotionState) -> Self {
-        let n = plan.n_dofs * state.n_frames;
-        let mut rows = FrameRows::new(plan);
+    pub(crate) fn new(layout: &Layout, state: &MotionState) -> Self {
+        let n = layout.n_dofs * state.n_frames;
+        let mut rows = FrameRows::new(layout);
         Self {
             n_frames: state.n_frames,
-            n_dofs: plan.n_dofs,
-            system: System::new(plan, state),
+            n_dofs: layout.n_dofs,
+            system: System::new(layout, state),
             gradient: vec![0.0; n],
             free: vec![true; n],
             open: vec![true; n],
-            cones: Cones::new(plan, state, &mut rows),
+            cones: Cones::new(layout, state, &mut rows),
             delta: vec![0.0; n],
             rows,
             ..Self::default()
@@ -53,18 +53,18 @@ impl MotionStep {
 
     /// Takes over a linearization: the gradient, and what limits block. The answer is the largest remaining entry
     /// of the gradient.
-    pub(crate) fn begin(&mut self, plan: &Plan, state: &MotionState) -> f64 {
-        let (n, nc) = (self.n_dofs, plan.n_coords);
+    pub(crate) fn begin(&mut self, layout: &Layout, state: &MotionState) -> f64 {
+        let (n, nc) = (self.n_dofs, layout.n_coords);
         self.gradient.copy_from_slice(&state.gradient);
         state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
-        self.cones.begin(plan, state, &self.gradient);
+        self.cones.begin(layout, state, &self.gradient);
         self.stiffness = self.scale(state);
         let mut largest = 0.0_f64;
         for t in 0..self.n_frames {
             for k in 0..n {
                 let (g, idx) = (self.gradient[t * n + k], t * n + k);
-                let x = state.coords[t * nc + plan.coord_of_dof[k]];
-                let (down, up) = (plan.lower[k] - x, plan.upper[k] - x);
+                let x = state.coords[t * nc + layout.coord_of_dof[k]];
+                let (down, up) = (layout.lower[k] - x, layout.upper[k] - x);
                 let blocked =
                     (down >= -ON_LIMIT && (g > 0.0 || up <= ON_LIMIT)) || (up <= ON_LIMIT && g < 0.0);
                 self.free[idx] = !state.is_given[t] && !blocked;
@@ -87,7 +87,7 @@ impl MotionStep {
     }
 
     /// Computes `delta` for a damping. False where the system cannot be solved with so little damping.
-    pub(crate) fn solve(&mut self, plan: &Plan, state: &MotionState, damping: f64) -> bool {
+    pub(crate) fn solve(&mut self, layout: &Layout, state: &MotionState, damping: f64) -> bool {
         self.open.copy_from_slice(&self.free);
         self.delta.fill(0.0);
         self.cones.open();
@@ -106,13 +106,13 @@ impl MotionStep {
             if round + 1 == MOST_ROUNDS {
                 break;
             }
-            let ranges = self.hold_crossed(plan, state);
+            let ranges = self.hold_crossed(layout, state);
             if !self.cones.hold_crossed(&self.delta) && !ranges {
                 break;
             }
             is_held = true;
         }
-        self.clamp(plan, state);
+        self.clamp(layout, state);
         if is_held {
             self.shorten(state);
         }
@@ -122,9 +122,9 @@ impl MotionStep {
     /// Solves once more with what was factored last, for other residuals at the same place. With those of a
     /// step, less what the linear model says of it, this is the step that its curvature asks for: along a narrow curved
     /// valley it leads back to the ground (a second-order correction).
-    pub(crate) fn correct(&mut self, plan: &Plan, state: &MotionState, damping: f64, residual: &[f64]) {
+    pub(crate) fn correct(&mut self, layout: &Layout, state: &MotionState, damping: f64, residual: &[f64]) {
         self.solve_factored(state, damping, residual);
-        self.clamp(plan, state);
+        self.clamp(layout, state);
     }
 
     /// Solves for residuals of the state's rows.
@@ -146,8 +146,8 @@ impl MotionStep {
     }
 
     /// Holds what the step takes across a range at that range; says whether there was something.
-    fn hold_crossed(&mut self, plan: &Plan, state: &MotionState) -> bool {
-        let (n, nc) = (self.n_dofs, plan.n_coords);
+    fn hold_crossed(&mut self, layout: &Layout, state: &MotionState) -> bool {
+        let (n, nc) = (self.n_dofs, layout.n_coords);
         let mut crossed = false;
         for t in 0..self.n_frames {
             for k in 0..n {
@@ -155,8 +155,8 @@ impl MotionStep {
                 if !self.open[idx] {
                     continue;
                 }
-                let x = state.coords[t * nc + plan.coord_of_dof[k]];
-                let inside = self.delta[idx].max(plan.lower[k] - x).min(plan.upper[k] - x);
+                let x = state.coords[t * nc + layout.coord_of_dof[k]];
+                let inside = self.delta[idx].max(layout.lower[k] - x).min(layout.upper[k] - x);
                 if inside != self.delta[idx] {
                     crossed = true;
                     (self.open[idx], self.delta[idx]) = (false, inside);
@@ -167,14 +167,14 @@ impl MotionStep {
     }
 
     /// What is still beyond a limit after the last round ends at it.
-    fn clamp(&mut self, plan: &Plan, state: &MotionState) {
-        let (n, nc) = (self.n_dofs, plan.n_coords);
+    fn clamp(&mut self, layout: &Layout, state: &MotionState) {
+        let (n, nc) = (self.n_dofs, layout.n_coords);
         self.cones.clamp(&mut self.delta);
         for t in (0..self.n_frames).filter(|t| !state.is_given[*t]) {
             for k in 0..n {
-                let x = state.coords[t * nc + plan.coord_of_dof[k]];
+                let x = state.coords[t * nc + layout.coord_of_dof[k]];
                 let delta = &mut self.delta[t * n + k];
-                *delta = delta.max(plan.lower[k] - x).min(plan.upper[k] - x);
+                *delta = delta.max(layout.lower[k] - x).min(layout.upper[k] - x);
             }
         }
     }
@@ -226,35 +226,35 @@ mod tests {
         let mut n_held = 0;
         for number in 0..60 {
             let mut case = case(number, number % 3 == 1);
-            let (plan, motion) = (&case.plan, &case.motion);
-            let cost = case.state.evaluate(plan, motion);
-            case.state.linearize(plan, motion);
-            let mut step = MotionStep::new(plan, &case.state);
-            assert!(step.begin(plan, &case.state) > 0.0);
+            let (layout, motion) = (&case.layout, &case.motion);
+            let cost = case.state.evaluate(layout, motion);
+            case.state.linearize(layout, motion);
+            let mut step = MotionStep::new(layout, &case.state);
+            assert!(step.begin(layout, &case.state) > 0.0);
             for part in [1e-4, 0.05, 10.0] {
-                assert!(step.solve(plan, &case.state, part * step.scale(&case.state)));
+                assert!(step.solve(layout, &case.state, part * step.scale(&case.state)));
                 let predicted = step.predicted_cost(&case.state);
                 assert!(predicted < cost * (1.0 + 1e-12), "case {number}: {predicted} from {cost}");
                 let slope: f64 = step.gradient.iter().zip(&step.delta).map(|(g, d)| g * d).sum();
                 assert!(slope < 0.0, "case {number}: {slope}");
                 for t in 0..case.state.n_frames {
-                    for k in 0..plan.n_dofs {
-                        let (delta, idx) = (step.delta[t * plan.n_dofs + k], t * plan.n_dofs + k);
+                    for k in 0..layout.n_dofs {
+                        let (delta, idx) = (step.delta[t * layout.n_dofs + k], t * layout.n_dofs + k);
                         assert!(!case.state.is_given[t] || delta == 0.0);
-                        let x = case.state.coords[t * plan.n_coords + plan.coord_of_dof[k]];
-                        let inside = delta.max(plan.lower[k] - x).min(plan.upper[k] - x);
+                        let x = case.state.coords[t * layout.n_coords + layout.coord_of_dof[k]];
+                        let inside = delta.max(layout.lower[k] - x).min(layout.upper[k] - x);
                         assert!((delta - inside).abs() < 1e-12, "case {number}: {delta} at {x}");
                         n_held += usize::from(!step.open[idx] && !case.state.is_given[t]);
                     }
                 }
                 // Cones are boxes in the tangent spaces of their balls, each at its own frame.
-                for m in plan.movers.iter().filter(|m| m.motion.cone().is_some()) {
+                for m in layout.movers.iter().filter(|m| m.motion.cone().is_some()) {
                     let cone = m.motion.cone().unwrap();
                     for t in (0..case.state.n_frames).filter(|t| !case.state.is_given[*t]) {
-                        let at = t * plan.n_coords + m.coord + m.n_coords - 4;
+                        let at = t * layout.n_coords + m.coord + m.n_coords - 4;
                         let q = glam::DQuat::from_slice(&case.state.coords[at..at + 4]);
                         let limits = cone.tangent_box(q);
-                        let dof = t * plan.n_dofs + m.dof + m.n_dofs - 3;
+                        let dof = t * layout.n_dofs + m.dof + m.n_dofs - 3;
                         let turn = glam::DVec3::from_slice(&step.delta[dof..dof + 3]);
                         for (axis, (down, up)) in limits.axes.iter().zip(limits.room) {
                             let along = axis.dot(turn);
@@ -271,16 +271,16 @@ mod tests {
     fn small_steps_gain_what_the_model_promises() {
         for number in 0..30 {
             let mut case = case(number, false);
-            let (plan, motion) = (&case.plan, &case.motion);
-            let cost = case.state.evaluate(plan, motion);
-            case.state.linearize(plan, motion);
-            let mut step = MotionStep::new(plan, &case.state);
-            step.begin(plan, &case.state);
-            assert!(step.solve(plan, &case.state, 1e5 * step.scale(&case.state)));
+            let (layout, motion) = (&case.layout, &case.motion);
+            let cost = case.state.evaluate(layout, motion);
+            case.state.linearize(layout, motion);
+            let mut step = MotionStep::new(layout, &case.state);
+            step.begin(layout, &case.state);
+            assert!(step.solve(layout, &case.state, 1e5 * step.scale(&case.state)));
             let promised = cost - step.predicted_cost(&case.state);
             let from = case.state.coords.clone();
-            case.state.step(plan, &from, &step.delta);
-            let gained = cost - case.state.evaluate(plan, motion);
+            case.state.step(layout, &from, &step.delta);
+            let gained = cost - case.state.evaluate(layout, motion);
             assert!((gained - promised).abs() < 0.02 * promised, "case {number}: {gained} of {promised}");
         }
     }

@@ -8,11 +8,11 @@
 //! Damping is by the speed of the step rather than by its length: frames between two keys then follow the keys
 //! whatever the damping, which only shortens the step as a whole.
 
+use crate::layout::Layout;
 use crate::motion::banded::Banded;
 use crate::motion::iterative::Iterative;
 use crate::motion::rows::{FrameRows, dot, factor_dense, solve_dense};
 use crate::motion::state::MotionState;
-use crate::plan::Plan;
 
 /// Up to here the step is solved over rows; more would be a matrix too large.
 pub(crate) const MOST_DIRECT_ROWS: usize = 600;
@@ -46,8 +46,8 @@ pub(crate) struct System {
 }
 
 impl System {
-    pub(crate) fn new(plan: &Plan, state: &MotionState) -> Self {
-        let (n, n_frames) = (plan.n_dofs, state.n_frames);
+    pub(crate) fn new(layout: &Layout, state: &MotionState) -> Self {
+        let (n, n_frames) = (layout.n_dofs, state.n_frames);
         let mut distinct: Vec<[f64; 3]> = Vec::new();
         let class_of = state.smoothness.weights.iter().map(|w| {
             distinct.iter().position(|d| d == w).unwrap_or_else(|| {
@@ -398,10 +398,10 @@ mod tests {
         let mut random = Random::new(6);
         for number in 0..24 {
             let mut case = case(number, number % 2 == 1);
-            case.state.evaluate(&case.plan, &case.motion);
-            case.state.linearize(&case.plan, &case.motion);
+            case.state.evaluate(&case.layout, &case.motion);
+            case.state.linearize(&case.layout, &case.motion);
             let size = case.state.gradient.len();
-            let n = case.plan.n_dofs;
+            let n = case.layout.n_dofs;
             // Given frames never open; of the others some are held, at a way of their own.
             let open: Vec<bool> =
                 (0..size).map(|idx| !case.state.is_given[idx / n] && random.unit() < 0.8).collect();
@@ -415,7 +415,7 @@ mod tests {
                         }
                     })
                     .collect();
-            let mut system = System::new(&case.plan, &case.state);
+            let mut system = System::new(&case.layout, &case.state);
             let damping = 0.05 * system.scale(&case.state);
             let wanted = reference(&case, &system, &open, damping, &held);
             let (rows, state) = (&case.state.rows, &case.state);

@@ -1,8 +1,8 @@
 //! The paper's cautious Adam (equations 8 to 15), as its authors run it: gradients of the whole cost, clipped to the
 //! limits, the best of the clipped iterates kept.
 
+use crate::layout::Layout;
 use crate::options::AdamOptions;
-use crate::plan::Plan;
 use crate::problem::Problem;
 use crate::report::StopReason;
 use crate::solvers::search::{Bar, Budget, Outcome};
@@ -67,14 +67,14 @@ pub(crate) struct Adam {
 }
 
 impl Adam {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let n = plan.n_dofs;
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let n = layout.n_dofs;
         Self {
             moments: Moments::new(n),
             gradient: vec![0.0; n],
             delta: vec![0.0; n],
-            from: vec![0.0; plan.n_kept_coords()],
-            best: vec![0.0; plan.n_kept_coords()],
+            from: vec![0.0; layout.n_kept_coords()],
+            best: vec![0.0; layout.n_kept_coords()],
         }
     }
 
@@ -82,14 +82,14 @@ impl Adam {
     pub(crate) fn run(
         &mut self,
         options: &AdamOptions,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         cost: f64,
         bar: &Bar,
         budget: &mut Budget,
     ) -> Outcome {
-        let n = plan.n_dofs;
+        let n = layout.n_dofs;
         let mut best = cost;
         let mut cost = cost;
         self.moments.clear();
@@ -101,15 +101,15 @@ impl Adam {
             if let Some(stop) = budget.spend() {
                 break stop;
             }
-            state.linearize(plan, problem, false);
-            whole_gradient(plan, state, &mut self.gradient);
+            state.linearize(layout, problem, false);
+            whole_gradient(layout, state, &mut self.gradient);
             if n == 0 || self.gradient.iter().all(|g| *g == 0.0) {
                 break StopReason::Converged;
             }
             self.moments.step(options, &self.gradient, n, &mut self.delta);
             self.from.copy_from_slice(&state.coords);
-            state.step(plan, &self.from, &self.delta);
-            cost = state.evaluate(plan, problem);
+            state.step(layout, &self.from, &self.delta);
+            cost = state.evaluate(layout, problem);
             if cost < best {
                 best = cost;
                 self.best.copy_from_slice(&state.coords);
@@ -121,8 +121,8 @@ impl Adam {
 }
 
 /// The gradient of the cost by every degree of freedom.
-pub(crate) fn whole_gradient(plan: &Plan, state: &State, gradient: &mut [f64]) {
-    for (k, span) in plan.spans.iter().enumerate() {
+pub(crate) fn whole_gradient(layout: &Layout, state: &State, gradient: &mut [f64]) {
+    for (k, span) in layout.spans.iter().enumerate() {
         let column = &state.jacobian[span.start..span.start + span.len];
         let rows = &state.scaled[span.first..span.first + span.len];
         let sum = column.iter().zip(rows).map(|(a, b)| a * b).sum::<f64>();

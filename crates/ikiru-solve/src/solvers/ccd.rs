@@ -7,8 +7,8 @@
 
 use ikiru_rig::Vec3;
 
+use crate::layout::{Layout, Mover, NONE};
 use crate::objective::{Loss, Reach};
-use crate::plan::{Mover, NONE, Plan};
 use crate::problem::Problem;
 use crate::report::StopReason;
 use crate::solvers::adam::whole_gradient;
@@ -40,21 +40,21 @@ pub(crate) struct Ccd {
 }
 
 impl Ccd {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let n_kept = plan.n_kept_coords();
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let n_kept = layout.n_kept_coords();
         Self {
-            effectors: Vec::with_capacity(plan.terms.len()),
-            gradient: vec![0.0; plan.n_dofs],
+            effectors: Vec::with_capacity(layout.terms.len()),
+            gradient: vec![0.0; layout.n_dofs],
             from: vec![0.0; n_kept],
             best: vec![0.0; n_kept],
-            node_of: nodes_of_movers(plan),
+            node_of: nodes_of_movers(layout),
         }
     }
 
     /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
     pub(crate) fn run(
         &mut self,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         cost: f64,
@@ -63,7 +63,7 @@ impl Ccd {
     ) -> Outcome {
         let mut cost = cost;
         let mut patience = bar.patience(cost);
-        let is_closed = self.find_effectors(plan, problem);
+        let is_closed = self.find_effectors(layout, problem);
         let outcome = |cost, stop| Outcome { cost, stop, is_evaluated: true };
         loop {
             if bar.is_met(cost) {
@@ -73,9 +73,9 @@ impl Ccd {
                 return outcome(cost, stop);
             }
             let before = cost;
-            for m in (0..plan.movers.len()).rev() {
-                for k in (0..plan.movers[m].n_dofs).rev() {
-                    cost = self.descend(plan, problem, state, m, k, cost, is_closed);
+            for m in (0..layout.movers.len()).rev() {
+                for k in (0..layout.movers[m].n_dofs).rev() {
+                    cost = self.descend(layout, problem, state, m, k, cost, is_closed);
                     if bar.is_met(cost) {
                         return outcome(cost, StopReason::Reached);
                     }
@@ -92,9 +92,9 @@ impl Ccd {
 
     /// Collects the points that terms reach for. Says whether one of them is all there is, so that its distance
     /// alone decides.
-    fn find_effectors(&mut self, plan: &Plan, problem: &Problem) -> bool {
+    fn find_effectors(&mut self, layout: &Layout, problem: &Problem) -> bool {
         self.effectors.clear();
-        for t in &plan.terms {
+        for t in &layout.terms {
             if let Some(reach) = problem.terms()[t.term].objective.reach() {
                 self.effectors.push(Effector { term: t.term, node: t.nodes[reach.joint], reach });
             }
@@ -108,7 +108,7 @@ impl Ccd {
     /// Moves one degree of freedom; the answer is the cost afterwards, at which `state` is evaluated.
     fn descend(
         &mut self,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         mover: usize,
@@ -116,19 +116,19 @@ impl Ccd {
         cost: f64,
         is_closed: bool,
     ) -> f64 {
-        let m = &plan.movers[mover];
-        let range = room(plan, m, k, &state.coords);
+        let m = &layout.movers[mover];
+        let range = room(layout, m, k, &state.coords);
         self.from.copy_from_slice(&state.coords);
         let mut best = cost;
-        let closed = self.node_of[mover].map(|node| self.turn(plan, problem, state, m, node, k, range));
+        let closed = self.node_of[mover].map(|node| self.turn(layout, problem, state, m, node, k, range));
         if let Some(delta) = closed
             && delta != 0.0
         {
-            self.attempt(plan, problem, state, m, k, delta, &mut best);
+            self.attempt(layout, problem, state, m, k, delta, &mut best);
             // For a ball the limit is not a range: the best turn may end beyond the cone.
             let is_exact = is_closed && m.n_coords == m.n_dofs;
             if is_exact {
-                return self.finish(plan, problem, state, best, cost);
+                return self.finish(layout, problem, state, best, cost);
             }
         } else if closed.is_some() && is_closed {
             return cost;
@@ -136,26 +136,26 @@ impl Ccd {
         let after_turn = best;
         state.coords.copy_from_slice(&self.from);
         if closed.is_some() {
-            state.evaluate(plan, problem);
+            state.evaluate(layout, problem);
         }
-        let mut delta = self.newton(plan, problem, state, m.dof + k).max(range.0).min(range.1);
+        let mut delta = self.newton(layout, problem, state, m.dof + k).max(range.0).min(range.1);
         for _ in 0..MOST_HALVINGS {
             if delta.abs() < 1e-12 {
                 break;
             }
-            self.attempt(plan, problem, state, m, k, delta, &mut best);
+            self.attempt(layout, problem, state, m, k, delta, &mut best);
             if best < after_turn {
                 break;
             }
             delta *= 0.5;
         }
-        self.finish(plan, problem, state, best, cost)
+        self.finish(layout, problem, state, best, cost)
     }
 
     /// Tries a change of one degree of freedom and keeps it in `best` where it is better.
     fn attempt(
         &mut self,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         m: &Mover,
@@ -165,7 +165,7 @@ impl Ccd {
     ) {
         state.coords.copy_from_slice(&self.from);
         nudge(m, k, delta, &mut state.coords);
-        let trial = state.evaluate(plan, problem);
+        let trial = state.evaluate(layout, problem);
         if trial < *best {
             *best = trial;
             self.best.copy_from_slice(&state.coords);
@@ -173,11 +173,11 @@ impl Ccd {
     }
 
     /// Leaves the best attempt in `state`, evaluated.
-    fn finish(&self, plan: &Plan, problem: &Problem, state: &mut State, best: f64, cost: f64) -> f64 {
+    fn finish(&self, layout: &Layout, problem: &Problem, state: &mut State, best: f64, cost: f64) -> f64 {
         let coords = if best < cost { &self.best } else { &self.from };
         if state.coords != *coords {
             state.coords.copy_from_slice(coords);
-            return state.evaluate(plan, problem);
+            return state.evaluate(layout, problem);
         }
         best.min(cost)
     }
@@ -185,7 +185,7 @@ impl Ccd {
     /// The turn (or shift) that brings the points below a joint nearest to their places.
     fn turn(
         &self,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &State,
         m: &Mover,
@@ -194,9 +194,9 @@ impl Ccd {
         range: (f64, f64),
     ) -> f64 {
         let origin = state.frames()[node as usize].origin;
-        let axis = state.directions(&plan.nodes[node as usize])[k];
+        let axis = state.directions(&layout.nodes[node as usize])[k];
         let mut pull = Pull::default();
-        for effector in self.effectors.iter().filter(|e| is_below(plan, e.node, node)) {
+        for effector in self.effectors.iter().filter(|e| is_below(layout, e.node, node)) {
             let Reach { point, target, .. } = effector.reach;
             let now = state.frames()[effector.node as usize].point(Vec3::constant(point));
             let weight = problem.terms()[effector.term].weight;
@@ -206,10 +206,10 @@ impl Ccd {
     }
 
     /// The Gauss–Newton step along one degree of freedom.
-    fn newton(&mut self, plan: &Plan, problem: &Problem, state: &mut State, dof: usize) -> f64 {
-        state.linearize(plan, problem, false);
-        whole_gradient(plan, state, &mut self.gradient);
-        let span = plan.spans[dof];
+    fn newton(&mut self, layout: &Layout, problem: &Problem, state: &mut State, dof: usize) -> f64 {
+        state.linearize(layout, problem, false);
+        whole_gradient(layout, state, &mut self.gradient);
+        let span = layout.spans[dof];
         let column = &state.jacobian[span.start..span.start + span.len];
         let curvature = state.joint_curvature[dof] + column.iter().map(|a| a * a).sum::<f64>();
         if curvature > 0.0 { -0.5 * self.gradient[dof] / curvature } else { 0.0 }
@@ -217,24 +217,24 @@ impl Ccd {
 }
 
 /// The node of each mover, where it has exactly one.
-fn nodes_of_movers(plan: &Plan) -> Vec<Option<u32>> {
+fn nodes_of_movers(layout: &Layout) -> Vec<Option<u32>> {
     let of = |m: &Mover| {
-        let mut nodes = (0..plan.nodes.len()).filter(|n| {
-            let node = &plan.nodes[*n];
+        let mut nodes = (0..layout.nodes.len()).filter(|n| {
+            let node = &layout.nodes[*n];
             node.n_screws > 0 && node.coord as usize == m.coord
         });
-        let only = nodes.next().filter(|n| plan.nodes[*n].mimic.is_none())?;
+        let only = nodes.next().filter(|n| layout.nodes[*n].mimic.is_none())?;
         nodes.next().is_none().then(|| u32::try_from(only).unwrap_or(NONE))
     };
-    plan.movers.iter().map(of).collect()
+    layout.movers.iter().map(of).collect()
 }
 
 /// Whether a node is another or lies below it.
-pub(crate) fn is_below(plan: &Plan, node: u32, top: u32) -> bool {
+pub(crate) fn is_below(layout: &Layout, node: u32, top: u32) -> bool {
     // Parents come before children.
     let mut at = node;
     while at != NONE && at > top {
-        at = plan.nodes[at as usize].parent;
+        at = layout.nodes[at as usize].parent;
     }
     at == top
 }

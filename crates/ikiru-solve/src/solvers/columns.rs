@@ -1,7 +1,7 @@
 //! The step's system over degrees of freedom, for problems of many more rows than those: `JᵀJ`, built once a
 //! linearization, and its Cholesky factor for what is open.
 
-use crate::plan::{Plan, Span};
+use crate::layout::{Layout, Span};
 use crate::solvers::rows::{Columns, OpenStep, StepSystem, SystemMemory, cholesky_solve};
 
 /// Many rows over few degrees of freedom. A column is the span of rows that its degree of freedom can move; the memory's
@@ -13,8 +13,8 @@ pub(crate) struct Tall<'a> {
 }
 
 impl<'a> Tall<'a> {
-    pub(crate) fn new(plan: &'a Plan, jacobian: &'a [f64], memory: &'a mut SystemMemory) -> Self {
-        Self { spans: &plan.spans, jacobian, memory }
+    pub(crate) fn new(layout: &'a Layout, jacobian: &'a [f64], memory: &'a mut SystemMemory) -> Self {
+        Self { spans: &layout.spans, jacobian, memory }
     }
 
     fn column(&self, k: usize) -> (usize, &'a [f64]) {
@@ -115,7 +115,7 @@ mod tests {
     use ikiru_testkit::rigs::Random;
 
     /// Spans of any length at any place, empty ones among them.
-    fn random_columns(random: &mut Random, n_rows: usize, n: usize) -> (Plan, Vec<f64>) {
+    fn random_columns(random: &mut Random, n_rows: usize, n: usize) -> (Layout, Vec<f64>) {
         let mut spans = Vec::new();
         let mut start = 0;
         for _ in 0..n {
@@ -125,7 +125,7 @@ mod tests {
             start += len;
         }
         let jacobian = (0..start).map(|_| random.between(-1.0, 1.0)).collect();
-        (Plan { n_rows, n_dofs: n, spans, is_tall: true, ..Plan::default() }, jacobian)
+        (Layout { n_rows, n_dofs: n, spans, is_tall: true, ..Layout::default() }, jacobian)
     }
 
     #[test]
@@ -133,7 +133,7 @@ mod tests {
         let mut random = Random::new(5);
         for _ in 0..50 {
             let (n_rows, n) = (8 + random.below(40), 1 + random.below(7));
-            let (plan, jacobian) = random_columns(&mut random, n_rows, n);
+            let (layout, jacobian) = random_columns(&mut random, n_rows, n);
             let residual: Vec<f64> = (0..n_rows).map(|_| random.between(-1.0, 1.0)).collect();
             let own: Vec<f64> = (0..n).map(|_| random.between(-1.0, 1.0)).collect();
             let inverse: Vec<f64> = (0..n).map(|_| random.between(0.1, 1.0)).collect();
@@ -142,7 +142,7 @@ mod tests {
             let own = Some(&own[..]);
             let step = OpenStep { open: &open, inverse: &inverse, own, damping, residual: &residual };
             let mut memory = SystemMemory::of_size(n_rows);
-            let mut rows = Sparse::new(&plan, &jacobian, &mut memory);
+            let mut rows = Sparse::new(&layout, &jacobian, &mut memory);
             rows.clear();
             for k in (0..n).filter(|k| open[*k]) {
                 rows.open(k, inverse[k]);
@@ -150,8 +150,8 @@ mod tests {
             let (mut by_rows, mut by_columns) = (vec![0.25; n], vec![0.25; n]);
             let mut y = vec![0.0; n_rows];
             assert!(rows.solve_open(&step, &mut y, &mut by_rows));
-            let mut memory = SystemMemory::new(&plan);
-            let mut columns = Tall::new(&plan, &jacobian, &mut memory);
+            let mut memory = SystemMemory::new(&layout);
+            let mut columns = Tall::new(&layout, &jacobian, &mut memory);
             columns.begin();
             for _ in 0..2 {
                 // Twice: what was factored must not spoil what is kept.

@@ -6,8 +6,8 @@
 
 use ikiru_rig::{Motion, Vec3};
 
+use crate::layout::{Layout, Mover, NONE, Node};
 use crate::objective::Reach;
-use crate::plan::{Mover, NONE, Node, Plan};
 use crate::problem::Problem;
 use crate::report::StopReason;
 use crate::solvers::search::{Bar, Budget, Outcome};
@@ -45,29 +45,29 @@ pub(crate) struct Fabrik {
 }
 
 impl Fabrik {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let n = plan.nodes.len();
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let n = layout.nodes.len();
         Self {
-            effectors: Vec::with_capacity(plan.terms.len()),
+            effectors: Vec::with_capacity(layout.terms.len()),
             origins: vec![Vec3::zero(); n],
             wanted: vec![Vec3::zero(); n],
             weights: vec![0.0; n],
-            before: vec![0.0; plan.n_kept_coords()],
-            best: vec![0.0; plan.n_kept_coords()],
+            before: vec![0.0; layout.n_kept_coords()],
+            best: vec![0.0; layout.n_kept_coords()],
         }
     }
 
     /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
     pub(crate) fn run(
         &mut self,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         cost: f64,
         bar: &Bar,
         budget: &mut Budget,
     ) -> Outcome {
-        self.find_effectors(plan, problem);
+        self.find_effectors(layout, problem);
         self.best.copy_from_slice(&state.coords);
         let (mut best, mut cost) = (cost, cost);
         let mut patience = bar.patience(cost);
@@ -79,10 +79,10 @@ impl Fabrik {
                 break stop;
             }
             self.before.copy_from_slice(&state.coords);
-            self.reach_backward(plan, state);
-            self.reach_forward(plan, state);
-            self.turn_joints(plan, state);
-            cost = state.evaluate(plan, problem);
+            self.reach_backward(layout, state);
+            self.reach_forward(layout, state);
+            self.turn_joints(layout, state);
+            cost = state.evaluate(layout, problem);
             if cost < best {
                 best = cost;
                 self.best.copy_from_slice(&state.coords);
@@ -100,9 +100,9 @@ impl Fabrik {
         Outcome { cost: best, stop, is_evaluated: false }
     }
 
-    fn find_effectors(&mut self, plan: &Plan, problem: &Problem) {
+    fn find_effectors(&mut self, layout: &Layout, problem: &Problem) {
         self.effectors.clear();
-        for t in &plan.terms {
+        for t in &layout.terms {
             let term = &problem.terms()[t.term];
             if let Some(reach) = term.objective.reach()
                 && term.weight > 0.0
@@ -115,7 +115,7 @@ impl Fabrik {
 
     /// From the effectors to the root: each node goes where the segments below it want its end, the mean of
     /// them where several meet.
-    fn reach_backward(&mut self, plan: &Plan, state: &State) {
+    fn reach_backward(&mut self, layout: &Layout, state: &State) {
         self.weights.fill(0.0);
         self.wanted.fill(Vec3::zero());
         for (origin, frame) in self.origins.iter_mut().zip(state.frames()) {
@@ -128,17 +128,18 @@ impl Fabrik {
             self.wanted[node] += at * e.weight;
             self.weights[node] += e.weight;
         }
-        for idx in (0..plan.nodes.len()).rev() {
+        for idx in (0..layout.nodes.len()).rev() {
             let weight = self.weights[idx];
             if weight == 0.0 {
                 continue;
             }
             self.wanted[idx] = self.wanted[idx] * (1.0 / weight);
-            let node = &plan.nodes[idx];
+            let node = &layout.nodes[idx];
             if node.parent != NONE {
                 let parent = node.parent as usize;
                 // What a slider can slide, its parent need not follow.
-                let from = self.wanted[idx] - slide(plan, state, node, self.wanted[idx] - self.origins[idx]);
+                let from =
+                    self.wanted[idx] - slide(layout, state, node, self.wanted[idx] - self.origins[idx]);
                 let length = self.origins[idx].distance(self.origins[parent]);
                 self.wanted[parent] += beside(from, self.origins[parent], length) * weight;
                 self.weights[parent] += weight;
@@ -147,12 +148,12 @@ impl Fabrik {
     }
 
     /// From the root outwards: what cannot move stays, and each segment gets its length back.
-    fn reach_forward(&mut self, plan: &Plan, state: &State) {
-        for (idx, node) in plan.nodes.iter().enumerate() {
+    fn reach_forward(&mut self, layout: &Layout, state: &State) {
+        for (idx, node) in layout.nodes.iter().enumerate() {
             if self.weights[idx] == 0.0 || matches!(node.motion, Motion::Free { .. }) {
                 continue;
             }
-            let shift = slide(plan, state, node, self.wanted[idx] - self.origins[idx]);
+            let shift = slide(layout, state, node, self.wanted[idx] - self.origins[idx]);
             let end = if node.parent == NONE {
                 self.origins[idx]
             } else {
@@ -165,20 +166,20 @@ impl Fabrik {
     }
 
     /// From the root outwards: each joint turns, inside its limits, towards the wanted positions below it.
-    fn turn_joints(&self, plan: &Plan, state: &mut State) {
-        for idx in 0..plan.nodes.len() {
-            state.place(plan, idx);
-            let Some(m) = mover_of(plan, &plan.nodes[idx]) else { continue };
+    fn turn_joints(&self, layout: &Layout, state: &mut State) {
+        for idx in 0..layout.nodes.len() {
+            state.place(layout, idx);
+            let Some(m) = mover_of(layout, &layout.nodes[idx]) else { continue };
             if self.weights[idx] == 0.0 {
                 continue;
             }
             let n_passes = if m.n_dofs > 1 { PASSES } else { 1 };
             for _ in 0..n_passes {
                 for k in 0..m.n_dofs {
-                    let delta = self.turn(plan, state, m, idx, k);
+                    let delta = self.turn(layout, state, m, idx, k);
                     if delta != 0.0 {
                         nudge(m, k, delta, &mut state.coords);
-                        self.place_from(plan, state, idx);
+                        self.place_from(layout, state, idx);
                     }
                 }
             }
@@ -186,22 +187,22 @@ impl Fabrik {
     }
 
     /// Places a node and everything below it that an effector asks for.
-    fn place_from(&self, plan: &Plan, state: &mut State, top: usize) {
-        state.place(plan, top);
-        for idx in top + 1..plan.nodes.len() {
+    fn place_from(&self, layout: &Layout, state: &mut State, top: usize) {
+        state.place(layout, top);
+        for idx in top + 1..layout.nodes.len() {
             // Below a node lies one run of nodes, which ends at the first whose parent stands before the top.
-            let parent = plan.nodes[idx].parent;
+            let parent = layout.nodes[idx].parent;
             if parent == NONE || (parent as usize) < top {
                 break;
             }
-            state.place(plan, idx);
+            state.place(layout, idx);
         }
     }
 
     /// How far one degree of freedom of a node turns (or shifts).
-    fn turn(&self, plan: &Plan, state: &State, m: &Mover, idx: usize, k: usize) -> f64 {
-        let range = room(plan, m, k, &state.coords);
-        let axis = state.directions(&plan.nodes[idx])[k];
+    fn turn(&self, layout: &Layout, state: &State, m: &Mover, idx: usize, k: usize) -> f64 {
+        let range = room(layout, m, k, &state.coords);
+        let axis = state.directions(&layout.nodes[idx])[k];
         let origin = state.frames()[idx].origin;
         let mut pull = Pull::default();
         if m.is_translation(k) {
@@ -213,8 +214,8 @@ impl Fabrik {
             let now = state.frames()[idx].point(Vec3::constant(e.reach.point));
             pull.add(e.weight, axis, now - origin, Vec3::constant(e.reach.target) - origin);
         }
-        for below in idx + 1..plan.nodes.len() {
-            let parent = plan.nodes[below].parent;
+        for below in idx + 1..layout.nodes.len() {
+            let parent = layout.nodes[below].parent;
             if parent == NONE || (parent as usize) < idx {
                 break;
             }
@@ -229,20 +230,20 @@ impl Fabrik {
 }
 
 /// The part of a way (metres, world axes) that a node's own slider can go.
-fn slide(plan: &Plan, state: &State, node: &Node, way: Vec3<f64>) -> Vec3<f64> {
+fn slide(layout: &Layout, state: &State, node: &Node, way: Vec3<f64>) -> Vec3<f64> {
     let Motion::Slider { .. } = node.motion else { return Vec3::zero() };
-    let Some(m) = mover_of(plan, node) else { return Vec3::zero() };
-    let (down, up) = room(plan, m, 0, &state.coords);
+    let Some(m) = mover_of(layout, node) else { return Vec3::zero() };
+    let (down, up) = room(layout, m, 0, &state.coords);
     let axis = state.directions(node)[0];
     axis * axis.dot(way).max(down).min(up)
 }
 
 /// The mover that a node's coordinates belong to; none for a node that does not move, or follows another.
-fn mover_of<'a>(plan: &'a Plan, node: &Node) -> Option<&'a Mover> {
+fn mover_of<'a>(layout: &'a Layout, node: &Node) -> Option<&'a Mover> {
     if node.n_screws == 0 || node.mimic.is_some() {
         return None;
     }
-    plan.movers.iter().find(|m| m.coord == node.coord as usize)
+    layout.movers.iter().find(|m| m.coord == node.coord as usize)
 }
 
 /// The point at a distance from `from`, on the side of `towards`; `from` itself where that has no side.

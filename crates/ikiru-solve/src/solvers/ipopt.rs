@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 use ikiru_ipopt::{Bounds, Function, Options, Status, minimise};
 use ikiru_rig::{Cone, Motion, maths};
 
-use crate::plan::Plan;
+use crate::layout::Layout;
 use crate::problem::Problem;
 use crate::report::StopReason;
 use crate::solvers::adam::whole_gradient;
@@ -36,15 +36,15 @@ pub(crate) struct Ipopt {
 }
 
 impl Ipopt {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let zeros = vec![0.0; plan.n_kept_coords()];
-        Self { best: zeros.clone(), asked: zeros, gradient: vec![0.0; plan.n_dofs] }
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let zeros = vec![0.0; layout.n_kept_coords()];
+        Self { best: zeros.clone(), asked: zeros, gradient: vec![0.0; layout.n_dofs] }
     }
 
     /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
     pub(crate) fn run(
         &mut self,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         cost: f64,
@@ -58,7 +58,7 @@ impl Ipopt {
         if let Some(stop) = budget.spend() {
             return outcome(cost, stop);
         }
-        let charts = Charts::new(plan, &state.coords);
+        let charts = Charts::new(layout, &state.coords);
         if charts.free.is_empty() {
             return outcome(cost, StopReason::Converged);
         }
@@ -82,7 +82,7 @@ impl Ipopt {
         };
         self.best.copy_from_slice(&state.coords);
         let mut cost_function = Cost {
-            plan,
+            layout,
             problem,
             state,
             charts,
@@ -147,17 +147,17 @@ struct Charts {
 
 impl Charts {
     /// Charts about a pose inside its limits.
-    fn new(plan: &Plan, coords: &[f64]) -> Self {
+    fn new(layout: &Layout, coords: &[f64]) -> Self {
         let mut charts = Self {
             turns: Vec::new(),
             ellipses: Vec::new(),
             free: Vec::new(),
-            values: vec![0.0; plan.n_dofs],
-            lower: plan.lower.clone(),
-            upper: plan.upper.clone(),
+            values: vec![0.0; layout.n_dofs],
+            lower: layout.lower.clone(),
+            upper: layout.upper.clone(),
             plain: Vec::new(),
         };
-        for m in &plan.movers {
+        for m in &layout.movers {
             let has_rotation = matches!(m.motion, Motion::Ball { .. } | Motion::Free { .. });
             let n_plain = if has_rotation { m.n_dofs - 3 } else { m.n_dofs };
             for k in 0..n_plain {
@@ -168,7 +168,8 @@ impl Charts {
                 charts.push_turn(m.coord + n_plain, m.dof + n_plain, m.motion.cone(), coords);
             }
         }
-        charts.free = (0..plan.n_dofs).filter(|k| charts.upper[*k] - charts.lower[*k] > LEAST_ROOM).collect();
+        charts.free =
+            (0..layout.n_dofs).filter(|k| charts.upper[*k] - charts.lower[*k] > LEAST_ROOM).collect();
         charts
     }
 
@@ -269,7 +270,7 @@ fn right_jacobian_transposed(v: DVec3, g: DVec3) -> DVec3 {
 
 /// The cost as Ipopt sees it, which keeps the best pose inside the limits that it was asked for.
 struct Cost<'a> {
-    plan: &'a Plan,
+    layout: &'a Layout,
     problem: &'a Problem,
     state: &'a mut State,
     charts: Charts,
@@ -288,18 +289,18 @@ impl Cost<'_> {
         self.charts.write(&mut self.state.coords);
         self.at.clear();
         self.at.extend_from_slice(x);
-        self.state.evaluate(self.plan, self.problem)
+        self.state.evaluate(self.layout, self.problem)
     }
 
     /// Keeps the pose in the state, brought inside its limits, where it is the best so far.
     fn keep(&mut self, cost: f64) {
         self.memory.asked.copy_from_slice(&self.state.coords);
-        self.state.project(self.plan);
+        self.state.project(self.layout);
         let cost = if self.state.coords == self.memory.asked {
             cost
         } else {
             self.at.clear();
-            self.state.evaluate(self.plan, self.problem)
+            self.state.evaluate(self.layout, self.problem)
         };
         if cost < self.best {
             self.best = cost;
@@ -319,8 +320,8 @@ impl Function for Cost<'_> {
         if self.at != x {
             self.evaluate(x);
         }
-        self.state.linearize(self.plan, self.problem, false);
-        whole_gradient(self.plan, self.state, &mut self.memory.gradient);
+        self.state.linearize(self.layout, self.problem, false);
+        whole_gradient(self.layout, self.state, &mut self.memory.gradient);
         self.charts.pull_back(&mut self.memory.gradient);
         for (to, dof) in gradient.iter_mut().zip(&self.charts.free) {
             *to = self.memory.gradient[*dof];
@@ -383,18 +384,18 @@ mod tests {
         problem.add(1.0, PoseTarget::new(joint, random.vector(0.5), random.rotation()));
         let joints: Vec<JointId> = problem.active().collect();
         problem.add(0.1, RestPose::new(&joints, rig.rest_pose()));
-        let plan = Plan::new(&problem);
-        let mut state = State::new(&plan);
-        assert!(state.load(&plan, &random_pose(rig, &mut random)));
-        state.project(&plan);
+        let layout = Layout::new(&problem);
+        let mut state = State::new(&layout);
+        assert!(state.load(&layout, &random_pose(rig, &mut random)));
+        state.project(&layout);
         let start = state.coords.clone();
-        let charts = Charts::new(&plan, &state.coords);
-        let (mut memory, options) = (Ipopt::new(&plan), SolverOptions::default());
+        let charts = Charts::new(&layout, &state.coords);
+        let (mut memory, options) = (Ipopt::new(&layout), SolverOptions::default());
         let mut x: Vec<f64> = charts.free.iter().map(|dof| charts.values[*dof]).collect();
         let jacobian = charts.jacobian();
         let n_constraints = charts.ellipses.len();
         let mut cost = Cost {
-            plan: &plan,
+            layout: &layout,
             problem: &problem,
             state: &mut state,
             charts,

@@ -1,7 +1,7 @@
 //! Bounded Levenberg–Marquardt: Gauss–Newton on reweighted residuals, damped by the gain ratio, inside the
 //! limits at every iterate.
 
-use crate::plan::Plan;
+use crate::layout::Layout;
 use crate::problem::Problem;
 use crate::report::StopReason;
 use crate::solvers::search::{Bar, Budget, Outcome};
@@ -29,14 +29,14 @@ pub(crate) struct Lm {
 }
 
 impl Lm {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        Self { step: StepSolver::new(plan), accepted: vec![0.0; plan.n_kept_coords()] }
+    pub(crate) fn new(layout: &Layout) -> Self {
+        Self { step: StepSolver::new(layout), accepted: vec![0.0; layout.n_kept_coords()] }
     }
 
     /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
     pub(crate) fn run(
         &mut self,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         cost: f64,
@@ -51,13 +51,13 @@ impl Lm {
             if bar.is_met(cost) {
                 return Outcome { cost, stop: StopReason::Reached, is_evaluated: true };
             }
-            state.linearize(plan, problem, false);
-            let gradient = self.step.begin(plan, state);
+            state.linearize(layout, problem, false);
+            let gradient = self.step.begin(layout, state);
             if gradient == 0.0 {
                 return Outcome { cost, stop: StopReason::Converged, is_evaluated: false };
             }
             if damping == 0.0 {
-                scale = self.step.scale(plan, state);
+                scale = self.step.scale(layout, state);
                 damping = FIRST_DAMPING * scale;
             }
             self.accepted.copy_from_slice(&state.coords);
@@ -73,18 +73,18 @@ impl Lm {
                 }
                 // Damping that falls with the residual keeps convergence fast to the end (Fan and Yuan, 2005).
                 let damping_now = (damping * (cost / first).sqrt()).max(LEAST_DAMPING * scale);
-                if !self.step.solve(plan, state, damping_now) {
+                if !self.step.solve(layout, state, damping_now) {
                     damping *= 10.0;
                     continue;
                 }
-                let promised = cost - self.step.predicted_cost(plan, state, problem);
+                let promised = cost - self.step.predicted_cost(layout, state, problem);
                 let longest = self.step.tangent.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
                 if longest < LEAST_STEP || promised.abs() < LEAST_GAIN * cost {
                     state.coords.copy_from_slice(&self.accepted);
                     return Outcome { cost, stop: StopReason::Converged, is_evaluated: false };
                 }
-                state.step(plan, &self.accepted, &self.step.tangent);
-                let trial = state.evaluate(plan, problem);
+                state.step(layout, &self.accepted, &self.step.tangent);
+                let trial = state.evaluate(layout, problem);
                 if trial < cost {
                     let ratio = (cost - trial) / promised.max(1e-300);
                     damping *= if ratio > 0.75 {

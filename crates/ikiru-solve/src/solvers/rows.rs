@@ -6,7 +6,7 @@
 //!
 //! [`Tall`]: crate::solvers::columns::Tall
 
-use crate::plan::{Plan, Span};
+use crate::layout::{Layout, Span};
 
 /// The columns of a Jacobian: what each degree of freedom does to the rows.
 pub(crate) trait Columns {
@@ -110,7 +110,7 @@ impl<'a, const M: usize> Dense<'a, M> {
     }
 }
 
-/// The first `M` entries; a plan gives every vector over rows at least that many.
+/// The first `M` entries; a layout gives every vector over rows at least that many.
 #[inline(always)]
 fn head<const M: usize>(v: &[f64]) -> &[f64; M] {
     v.first_chunk().unwrap_or(&[0.0; M])
@@ -209,11 +209,11 @@ pub(crate) struct SystemMemory {
 }
 
 impl SystemMemory {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        match plan.dense_rows {
+    pub(crate) fn new(layout: &Layout) -> Self {
+        match layout.dense_rows {
             Some(_) => Self::of_size(0),
-            None if plan.is_tall => Self::of_size(plan.n_dofs),
-            None => Self::of_size(plan.n_rows),
+            None if layout.is_tall => Self::of_size(layout.n_dofs),
+            None => Self::of_size(layout.n_rows),
         }
     }
 
@@ -232,8 +232,8 @@ pub(crate) struct Sparse<'a> {
 }
 
 impl<'a> Sparse<'a> {
-    pub(crate) fn new(plan: &'a Plan, jacobian: &'a [f64], memory: &'a mut SystemMemory) -> Self {
-        Self { n_rows: plan.n_rows, spans: &plan.spans, jacobian, memory }
+    pub(crate) fn new(layout: &'a Layout, jacobian: &'a [f64], memory: &'a mut SystemMemory) -> Self {
+        Self { n_rows: layout.n_rows, spans: &layout.spans, jacobian, memory }
     }
 
     #[inline(always)]
@@ -331,9 +331,10 @@ mod tests {
         let mut random = Random::new(3);
         let columns: Vec<f64> = (0..4 * 6).map(|_| random.between(-1.0, 1.0)).collect();
         let spans: Vec<Span> = (0..4).map(|k| Span { first: 0, len: 6, start: 6 * k }).collect();
-        let plan = Plan { n_rows: 6, spans, ..Plan::default() };
+        let layout = Layout { n_rows: 6, spans, ..Layout::default() };
         let mut memory = SystemMemory::of_size(6);
-        let (mut dense, mut sparse) = (Dense::<6>::new(&columns), Sparse::new(&plan, &columns, &mut memory));
+        let (mut dense, mut sparse) =
+            (Dense::<6>::new(&columns), Sparse::new(&layout, &columns, &mut memory));
         RowSystem::clear(&mut dense);
         RowSystem::clear(&mut sparse);
         for k in 0..4 {

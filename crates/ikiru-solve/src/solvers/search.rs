@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::layout::Layout;
 use crate::options::{Method, Search, SolverOptions};
-use crate::plan::Plan;
 use crate::problem::Problem;
 use crate::report::StopReason;
 use crate::solvers::adam::Adam;
@@ -165,16 +165,16 @@ pub(crate) struct Searcher {
 }
 
 impl Searcher {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let zeros = vec![0.0; plan.n_kept_coords()];
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let zeros = vec![0.0; layout.n_kept_coords()];
         Self {
-            lm: Lm::new(plan),
-            adam: Adam::new(plan),
-            ccd: Ccd::new(plan),
-            fabrik: Fabrik::new(plan),
+            lm: Lm::new(layout),
+            adam: Adam::new(layout),
+            ccd: Ccd::new(layout),
+            fabrik: Fabrik::new(layout),
             #[cfg(feature = "ipopt")]
-            ipopt: Ipopt::new(plan),
-            seeds: Seeds::new(plan),
+            ipopt: Ipopt::new(layout),
+            seeds: Seeds::new(layout),
             start: zeros.clone(),
             best: zeros.clone(),
             screened: zeros,
@@ -186,7 +186,7 @@ impl Searcher {
     pub(crate) fn run(
         &mut self,
         options: &SolverOptions,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         cost: f64,
@@ -198,19 +198,19 @@ impl Searcher {
         };
         let mut bar = Bar::new(options.cost_below, problem, max_restarts > 0);
         if max_restarts == 0 {
-            return (self.run_once(options, plan, problem, state, cost, &bar, budget), 0);
+            return (self.run_once(options, layout, problem, state, cost, &bar, budget), 0);
         }
         self.start.copy_from_slice(&state.coords);
-        let mut best = self.run_once(options, plan, problem, state, cost, &bar, budget);
+        let mut best = self.run_once(options, layout, problem, state, cost, &bar, budget);
         self.best.copy_from_slice(&state.coords);
         let mut restarts = 0;
-        let mut success = self.succeeded(options, plan, problem, state, &mut best);
+        let mut success = self.succeeded(options, layout, problem, state, &mut best);
         while !success && restarts < max_restarts && best.stop != StopReason::TimeBudget {
             budget.next_start();
-            let cost = self.screen(plan, problem, state, restarts);
+            let cost = self.screen(layout, problem, state, restarts);
             restarts += 1;
-            let mut outcome = self.run_once(options, plan, problem, state, cost, &bar, budget);
-            success = self.succeeded(options, plan, problem, state, &mut outcome);
+            let mut outcome = self.run_once(options, layout, problem, state, cost, &bar, budget);
+            success = self.succeeded(options, layout, problem, state, &mut outcome);
             if success || outcome.cost < best.cost {
                 best = outcome;
                 self.best.copy_from_slice(&state.coords);
@@ -223,13 +223,13 @@ impl Searcher {
             return (best, restarts);
         }
         state.coords.copy_from_slice(&self.best);
-        let cost = state.evaluate(plan, problem);
+        let cost = state.evaluate(layout, problem);
         best.is_evaluated = true;
         if best.stop != StopReason::TimeBudget {
             // Starts were given up while others waited: the best of them is now followed to its end.
             bar.impatient = false;
             budget.next_start();
-            best = self.run_once(options, plan, problem, state, cost, &bar, budget);
+            best = self.run_once(options, layout, problem, state, cost, &bar, budget);
         }
         (best, restarts)
     }
@@ -238,7 +238,7 @@ impl Searcher {
     fn succeeded(
         &self,
         options: &SolverOptions,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         outcome: &mut Outcome,
@@ -247,10 +247,10 @@ impl Searcher {
             Some(bar) => outcome.cost < bar,
             None => {
                 if !outcome.is_evaluated {
-                    state.evaluate(plan, problem);
+                    state.evaluate(layout, problem);
                     outcome.is_evaluated = true;
                 }
-                state.is_satisfied(plan, problem)
+                state.is_satisfied(layout, problem)
             }
         }
     }
@@ -258,7 +258,7 @@ impl Searcher {
     fn run_once(
         &mut self,
         options: &SolverOptions,
-        plan: &Plan,
+        layout: &Layout,
         problem: &Problem,
         state: &mut State,
         cost: f64,
@@ -266,22 +266,22 @@ impl Searcher {
         budget: &mut Budget,
     ) -> Outcome {
         match &options.method {
-            Method::Lm => self.lm.run(plan, problem, state, cost, bar, budget),
-            Method::Adam(adam) => self.adam.run(adam, plan, problem, state, cost, bar, budget),
-            Method::Ccd => self.ccd.run(plan, problem, state, cost, bar, budget),
-            Method::Fabrik => self.fabrik.run(plan, problem, state, cost, bar, budget),
+            Method::Lm => self.lm.run(layout, problem, state, cost, bar, budget),
+            Method::Adam(adam) => self.adam.run(adam, layout, problem, state, cost, bar, budget),
+            Method::Ccd => self.ccd.run(layout, problem, state, cost, bar, budget),
+            Method::Fabrik => self.fabrik.run(layout, problem, state, cost, bar, budget),
             #[cfg(feature = "ipopt")]
-            Method::Ipopt => self.ipopt.run(plan, problem, state, cost, bar, budget),
+            Method::Ipopt => self.ipopt.run(layout, problem, state, cost, bar, budget),
         }
     }
 
     /// Looks at some poses of the sequence and leaves the cheapest in `state`, evaluated.
-    fn screen(&mut self, plan: &Plan, problem: &Problem, state: &mut State, restart: usize) -> f64 {
+    fn screen(&mut self, layout: &Layout, problem: &Problem, state: &mut State, restart: usize) -> f64 {
         let mut best = f64::INFINITY;
         let mut last = 0;
         for i in 0..SCREENED {
-            self.seeds.write(plan, restart * SCREENED + i, &self.start, &mut state.coords);
-            let cost = state.evaluate(plan, problem);
+            self.seeds.write(layout, restart * SCREENED + i, &self.start, &mut state.coords);
+            let cost = state.evaluate(layout, problem);
             if cost < best || i == 0 {
                 best = cost;
                 last = i;
@@ -290,7 +290,7 @@ impl Searcher {
         }
         if last + 1 < SCREENED {
             state.coords.copy_from_slice(&self.screened);
-            best = state.evaluate(plan, problem);
+            best = state.evaluate(layout, problem);
         }
         best
     }

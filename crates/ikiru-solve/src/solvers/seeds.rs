@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DQuat;
 use ikiru_rig::{Cone, Motion, Range, maths};
 
-use crate::plan::Plan;
+use crate::layout::Layout;
 
 /// Kronecker's sequence with the generalised golden ratio: in `n` dimensions, the powers of the root of
 /// `xⁿ⁺¹ = x + 1` fill the cube evenly (Roberts, 2018).
@@ -15,8 +15,8 @@ pub(crate) struct Seeds {
 }
 
 impl Seeds {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let n = plan.n_dofs;
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let n = layout.n_dofs;
         let mut root = 1.5_f64;
         for _ in 0..64 {
             root = maths::powf(1.0 + root, 1.0 / (n as f64 + 1.0));
@@ -31,9 +31,9 @@ impl Seeds {
 
     /// Writes the `idx`-th pose of the sequence into the coordinates of the movers. A floating root stays where it is
     /// in `start`.
-    pub(crate) fn write(&self, plan: &Plan, idx: usize, start: &[f64], coords: &mut [f64]) {
+    pub(crate) fn write(&self, layout: &Layout, idx: usize, start: &[f64], coords: &mut [f64]) {
         let unit = |dof: usize| (0.5 + (idx + 1) as f64 * self.steps[dof]).fract();
-        for m in &plan.movers {
+        for m in &layout.movers {
             let to = &mut coords[m.coord..m.coord + m.n_coords];
             match &m.motion {
                 Motion::Fixed => {}

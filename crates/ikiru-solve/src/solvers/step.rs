@@ -9,7 +9,7 @@
 
 use glam::{DMat3, DQuat};
 
-use crate::plan::{Mover, Plan};
+use crate::layout::{Layout, Mover};
 use crate::problem::Problem;
 use crate::solvers::columns::Tall;
 use crate::solvers::rows::{Columns, Dense, OpenStep, Sparse, StepSystem, SystemMemory};
@@ -51,10 +51,10 @@ pub(crate) struct StepSolver {
     pub(crate) tangent: Vec<f64>,
 }
 
-/// Runs one expression with the system of the plan's shape.
+/// Runs one expression with the system of the layout's shape.
 macro_rules! with_rows {
-    ($plan:expr, $jacobian:expr, $memory:expr, $rows:ident => $body:expr) => {
-        match $plan.dense_rows {
+    ($layout:expr, $jacobian:expr, $memory:expr, $rows:ident => $body:expr) => {
+        match $layout.dense_rows {
             Some(3) => {
                 let $rows = Dense::<3>::new($jacobian);
                 $body
@@ -71,12 +71,12 @@ macro_rules! with_rows {
                 let $rows = Dense::<12>::new($jacobian);
                 $body
             }
-            None if $plan.is_tall => {
-                let $rows = Tall::new($plan, $jacobian, $memory);
+            None if $layout.is_tall => {
+                let $rows = Tall::new($layout, $jacobian, $memory);
                 $body
             }
             None => {
-                let $rows = Sparse::new($plan, $jacobian, $memory);
+                let $rows = Sparse::new($layout, $jacobian, $memory);
                 $body
             }
         }
@@ -84,19 +84,19 @@ macro_rules! with_rows {
 }
 
 impl StepSolver {
-    pub(crate) fn new(plan: &Plan) -> Self {
-        let (n, m) = (plan.n_dofs, plan.n_rows);
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let (n, m) = (layout.n_dofs, layout.n_rows);
         Self {
-            jacobian: vec![0.0; plan.n_jacobian],
+            jacobian: vec![0.0; layout.n_jacobian],
             gradient: vec![0.0; n],
-            bases: vec![DMat3::IDENTITY; plan.movers.len()],
+            bases: vec![DMat3::IDENTITY; layout.movers.len()],
             joint_gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             room: vec![(0.0, 0.0); n],
             free: vec![true; n],
             open: vec![true; n],
             inverse: vec![1.0; n],
-            memory: SystemMemory::new(plan),
+            memory: SystemMemory::new(layout),
             residual: vec![0.0; m],
             y: vec![0.0; m],
             delta: vec![0.0; n],
@@ -106,36 +106,36 @@ impl StepSolver {
 
     /// Takes over a linearization: the gradient, and what the limits block. The answer is the largest
     /// remaining entry of the gradient.
-    pub(crate) fn begin(&mut self, plan: &Plan, state: &State) -> f64 {
+    pub(crate) fn begin(&mut self, layout: &Layout, state: &State) -> f64 {
         for (k, room) in self.room.iter_mut().enumerate() {
-            let x = state.coords[plan.coord_of_dof[k]];
-            *room = (plan.lower[k] - x, plan.upper[k] - x);
+            let x = state.coords[layout.coord_of_dof[k]];
+            *room = (layout.lower[k] - x, layout.upper[k] - x);
         }
-        if plan.has_joint_rows || plan.has_cones {
+        if layout.has_joint_rows || layout.has_cones {
             self.joint_gradient.copy_from_slice(&state.joint_gradient);
             self.curvature.copy_from_slice(&state.joint_curvature);
         }
-        if plan.has_cones {
+        if layout.has_cones {
             self.jacobian.copy_from_slice(&state.jacobian);
-            for (idx, m) in plan.movers.iter().enumerate() {
-                self.turn_to_limits(plan, state, idx, m);
+            for (idx, m) in layout.movers.iter().enumerate() {
+                self.turn_to_limits(layout, state, idx, m);
             }
         }
         let blocked = std::mem::take(&mut self.jacobian);
         let mut memory = std::mem::take(&mut self.memory);
-        let jacobian = if plan.has_cones { &blocked } else { &state.jacobian };
-        let largest = with_rows!(plan, jacobian, &mut memory, rows => self.begin_rows(plan, state, rows));
+        let jacobian = if layout.has_cones { &blocked } else { &state.jacobian };
+        let largest = with_rows!(layout, jacobian, &mut memory, rows => self.begin_rows(layout, state, rows));
         (self.jacobian, self.memory) = (blocked, memory);
-        if plan.has_cones {
-            self.bend(plan, state);
+        if layout.has_cones {
+            self.bend(layout, state);
         }
         largest
     }
 
     #[inline(always)]
-    fn begin_rows(&mut self, plan: &Plan, state: &State, mut rows: impl StepSystem) -> f64 {
+    fn begin_rows(&mut self, layout: &Layout, state: &State, mut rows: impl StepSystem) -> f64 {
         rows.begin();
-        let n = plan.n_dofs;
+        let n = layout.n_dofs;
         let (gradient, room, free) = (&mut self.gradient[..n], &self.room[..n], &mut self.free[..n]);
         let mut largest = 0.0_f64;
         for k in 0..n {
@@ -151,7 +151,7 @@ impl StepSolver {
     }
 
     /// Turns a ball's three directions to the axes of its cone, so that its limits too are ranges.
-    fn turn_to_limits(&mut self, plan: &Plan, state: &State, idx: usize, m: &Mover) {
+    fn turn_to_limits(&mut self, layout: &Layout, state: &State, idx: usize, m: &Mover) {
         let Some(cone) = m.motion.cone() else { return };
         let (at, coord) = (m.dof + m.n_dofs - 3, m.coord + m.n_coords - 4);
         let limits = cone.tangent_box(DQuat::from_slice(&state.coords[coord..coord + 4]));
@@ -164,9 +164,9 @@ impl StepSolver {
             v[..3].copy_from_slice(&turned.to_array());
         };
         turn(&mut self.joint_gradient[at..at + 3]);
-        let span = plan.spans[at];
+        let span = layout.spans[at];
         for row in 0..span.len {
-            let index = |k: usize| plan.spans[at + k].start + row;
+            let index = |k: usize| layout.spans[at + k].start + row;
             let mut entry = [self.jacobian[index(0)], self.jacobian[index(1)], self.jacobian[index(2)]];
             turn(&mut entry);
             for (k, e) in entry.into_iter().enumerate() {
@@ -177,8 +177,8 @@ impl StepSolver {
 
     /// Where the cost pushes against the boundary of a cone, sliding along it falls back inside: the
     /// boundary's bend times the push is curvature of the cost along the other two axes.
-    fn bend(&mut self, plan: &Plan, state: &State) {
-        for m in &plan.movers {
+    fn bend(&mut self, layout: &Layout, state: &State) {
+        for m in &layout.movers {
             let Some(cone) = m.motion.cone() else { continue };
             let (at, coord) = (m.dof + m.n_dofs - 3, m.coord + m.n_coords - 4);
             if self.free[at] {
@@ -192,9 +192,9 @@ impl StepSolver {
     }
 
     /// The largest squared length of a column, by which damping is measured.
-    pub(crate) fn scale(&self, plan: &Plan, state: &State) -> f64 {
+    pub(crate) fn scale(&self, layout: &Layout, state: &State) -> f64 {
         let mut largest = 0.0_f64;
-        for (k, span) in plan.spans.iter().enumerate() {
+        for (k, span) in layout.spans.iter().enumerate() {
             let column = &state.jacobian[span.start..span.start + span.len];
             largest = largest.max(state.joint_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
         }
@@ -202,24 +202,30 @@ impl StepSolver {
     }
 
     /// Computes `delta` for a damping. False where the system cannot be solved with so little damping.
-    pub(crate) fn solve(&mut self, plan: &Plan, state: &State, damping: f64) -> bool {
+    pub(crate) fn solve(&mut self, layout: &Layout, state: &State, damping: f64) -> bool {
         let blocked = std::mem::take(&mut self.jacobian);
         let mut memory = std::mem::take(&mut self.memory);
-        let jacobian = if plan.has_cones { &blocked } else { &state.jacobian };
+        let jacobian = if layout.has_cones { &blocked } else { &state.jacobian };
         let solved =
-            with_rows!(plan, jacobian, &mut memory, rows => self.solve_rows(plan, state, rows, damping));
+            with_rows!(layout, jacobian, &mut memory, rows => self.solve_rows(layout, state, rows, damping));
         (self.jacobian, self.memory) = (blocked, memory);
         solved
     }
 
     #[inline(always)]
-    fn solve_rows(&mut self, plan: &Plan, state: &State, mut rows: impl StepSystem, damping: f64) -> bool {
-        let n = plan.n_dofs;
+    fn solve_rows(
+        &mut self,
+        layout: &Layout,
+        state: &State,
+        mut rows: impl StepSystem,
+        damping: f64,
+    ) -> bool {
+        let n = layout.n_dofs;
         self.open.copy_from_slice(&self.free);
         self.residual.copy_from_slice(&state.scaled);
         self.delta.fill(0.0);
         rows.clear();
-        let has_curvature = plan.has_joint_rows || plan.has_cones;
+        let has_curvature = layout.has_joint_rows || layout.has_cones;
         let (inverse, free) = (&mut self.inverse[..n], &self.free[..n]);
         for k in 0..n {
             if has_curvature {
@@ -230,10 +236,10 @@ impl StepSolver {
             }
         }
         for round in 0..MOST_ROUNDS {
-            if !self.solve_open(plan, &mut rows, damping) {
+            if !self.solve_open(layout, &mut rows, damping) {
                 return false;
             }
-            if round + 1 == MOST_ROUNDS || !self.fix_crossed(plan, &mut rows) {
+            if round + 1 == MOST_ROUNDS || !self.fix_crossed(layout, &mut rows) {
                 break;
             }
         }
@@ -242,8 +248,8 @@ impl StepSolver {
             *delta = delta.max(*down).min(*up);
         }
         self.tangent.copy_from_slice(&self.delta);
-        if plan.has_cones {
-            for (m, basis) in plan.movers.iter().zip(&self.bases) {
+        if layout.has_cones {
+            for (m, basis) in layout.movers.iter().zip(&self.bases) {
                 if m.motion.cone().is_some() {
                     let at = m.dof + m.n_dofs - 3;
                     let turned = *basis * glam::DVec3::from_slice(&self.delta[at..at + 3]);
@@ -256,9 +262,9 @@ impl StepSolver {
 
     /// Solves for the open degrees of freedom; the others keep their `delta`.
     #[inline(always)]
-    fn solve_open(&mut self, plan: &Plan, rows: &mut impl StepSystem, damping: f64) -> bool {
-        let n = plan.n_dofs;
-        let own = plan.has_joint_rows.then_some(&self.joint_gradient[..n]);
+    fn solve_open(&mut self, layout: &Layout, rows: &mut impl StepSystem, damping: f64) -> bool {
+        let n = layout.n_dofs;
+        let own = layout.has_joint_rows.then_some(&self.joint_gradient[..n]);
         let (open, inverse, residual) = (&self.open[..n], &self.inverse[..n], &self.residual[..]);
         let step = OpenStep { open, inverse, own, damping, residual };
         rows.solve_open(&step, &mut self.y, &mut self.delta)
@@ -266,8 +272,8 @@ impl StepSolver {
 
     /// Fixes the degrees of freedom whose step crosses a range at that range; says whether there was one.
     #[inline(always)]
-    fn fix_crossed(&mut self, plan: &Plan, rows: &mut impl StepSystem) -> bool {
-        let n = plan.n_dofs;
+    fn fix_crossed(&mut self, layout: &Layout, rows: &mut impl StepSystem) -> bool {
+        let n = layout.n_dofs;
         let (open, delta, room) = (&mut self.open[..n], &mut self.delta[..n], &self.room[..n]);
         let mut crossed = false;
         for k in 0..n {
@@ -283,24 +289,24 @@ impl StepSolver {
     }
 
     /// The cost that the linear model promises for `delta`, losses and all.
-    pub(crate) fn predicted_cost(&mut self, plan: &Plan, state: &State, problem: &Problem) -> f64 {
+    pub(crate) fn predicted_cost(&mut self, layout: &Layout, state: &State, problem: &Problem) -> f64 {
         self.y.copy_from_slice(&state.scaled);
         let mut memory = std::mem::take(&mut self.memory);
-        let (delta, y) = (&self.delta[..plan.n_dofs], &mut self.y);
-        let jacobian = if plan.has_cones { &self.jacobian } else { &state.jacobian };
-        with_rows!(plan, jacobian, &mut memory, rows => {
+        let (delta, y) = (&self.delta[..layout.n_dofs], &mut self.y);
+        let jacobian = if layout.has_cones { &self.jacobian } else { &state.jacobian };
+        with_rows!(layout, jacobian, &mut memory, rows => {
             for (k, d) in delta.iter().enumerate() {
                 rows.add_column(k, *d, y);
             }
         });
         self.memory = memory;
         let mut cost = 0.0;
-        if plan.has_joint_rows || plan.has_cones {
+        if layout.has_joint_rows || layout.has_cones {
             for (k, d) in delta.iter().enumerate() {
                 cost += d * (2.0 * self.joint_gradient[k] + d * self.curvature[k]);
             }
         }
-        for t in &plan.terms {
+        for t in &layout.terms {
             let term = &problem.terms()[t.term];
             let loss = term.objective.loss();
             let mut row = t.rows.start;
@@ -309,7 +315,7 @@ impl StepSolver {
                     cost += term.weight * loss.cost(state.squares[part]);
                     continue;
                 }
-                let rows = &self.y[row..row + plan.parts[part].n_rows];
+                let rows = &self.y[row..row + layout.parts[part].n_rows];
                 row += rows.len();
                 if state.weights[part] > 0.0 {
                     let square = rows.iter().map(|r| r * r).sum::<f64>() / state.weights[part];

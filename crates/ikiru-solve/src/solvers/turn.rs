@@ -2,7 +2,7 @@
 
 use ikiru_rig::{Vec3, maths, project_joint, retract_joint};
 
-use crate::plan::{Mover, Plan};
+use crate::layout::{Layout, Mover};
 
 /// What points say about one degree of freedom. A turn by θ about a unit axis makes of
 /// `Σ w ‖R(θ) u − v‖²` a constant minus `2 (along · cos θ + across · sin θ)`; a shift by d along it a constant
@@ -60,10 +60,10 @@ pub(crate) fn nudge(m: &Mover, k: usize, delta: f64, coords: &mut [f64]) {
 }
 
 /// How far a degree of freedom may move down and up. Half a turn for those of balls, whose cones say the rest.
-pub(crate) fn room(plan: &Plan, m: &Mover, k: usize, coords: &[f64]) -> (f64, f64) {
+pub(crate) fn room(layout: &Layout, m: &Mover, k: usize, coords: &[f64]) -> (f64, f64) {
     if m.n_coords == m.n_dofs {
         let (x, dof) = (coords[m.coord + k], m.dof + k);
-        ((plan.lower[dof] - x).min(0.0), (plan.upper[dof] - x).max(0.0))
+        ((layout.lower[dof] - x).min(0.0), (layout.upper[dof] - x).max(0.0))
     } else if m.is_translation(k) {
         (f64::NEG_INFINITY, f64::INFINITY)
     } else {

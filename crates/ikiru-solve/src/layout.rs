@@ -1,4 +1,4 @@
-//! The plan of a problem: the tree reduced to what moves and what is read, and where everything lies.
+//! The layout of a problem: the tree reduced to what moves and what is read, and where everything lies.
 //!
 //! Joints between two nodes of the reduced tree are folded into one fixed link, rows are ordered so that
 //! those below a joint are neighbours, and each degree of freedom knows the rows that it can move.
@@ -70,14 +70,14 @@ pub(crate) struct JointRead {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PartPlan {
+pub(crate) struct PartLayout {
     pub(crate) n_rows: usize,
     pub(crate) unit: Unit,
 }
 
 /// Where a term's rows, frames and parts lie.
 #[derive(Clone, Debug)]
-pub(crate) struct TermPlan {
+pub(crate) struct TermLayout {
     pub(crate) term: usize,
     /// Nodes whose frames it reads.
     pub(crate) nodes: Vec<u32>,
@@ -94,7 +94,7 @@ pub(crate) struct TermPlan {
     pub(crate) slide_part: usize,
 }
 
-impl TermPlan {
+impl TermLayout {
     /// The parts that are computed from frames.
     pub(crate) fn frame_parts(&self) -> Range<usize> {
         self.parts.start..self.parts.start + self.n_frame_parts
@@ -107,7 +107,7 @@ impl TermPlan {
 }
 
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Plan {
+pub(crate) struct Layout {
     pub(crate) nodes: Vec<Node>,
     /// For each node, the joints of its link in [`link_joints`](Self::link_joints), from the top.
     pub(crate) links: Vec<Range<usize>>,
@@ -115,8 +115,8 @@ pub(crate) struct Plan {
     /// Where in the pose the coordinates lie that the links are made from.
     pub(crate) link_coords: Vec<usize>,
     pub(crate) movers: Vec<Mover>,
-    pub(crate) terms: Vec<TermPlan>,
-    pub(crate) parts: Vec<PartPlan>,
+    pub(crate) terms: Vec<TermLayout>,
+    pub(crate) parts: Vec<PartLayout>,
     /// For each degree of freedom, the first and past-the-last row that it can move, and where they are stored.
     pub(crate) spans: Vec<Span>,
     /// The range of each degree of freedom; unlimited for those of balls.
@@ -159,7 +159,7 @@ struct Reads {
     parts: Vec<Part>,
 }
 
-/// What a plan was made for. Solves compare it, so that a changed problem is planned anew.
+/// What a layout was made for. Solves compare it, so that a changed problem is laid out anew.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Signature {
     rig: Option<Rig>,
@@ -167,7 +167,7 @@ pub(crate) struct Signature {
     terms: Vec<Reads>,
 }
 
-impl Plan {
+impl Layout {
     /// Whether it still fits the problem. Does not allocate.
     pub(crate) fn fits(&self, problem: &Problem) -> bool {
         let s = &self.signature;
@@ -190,13 +190,13 @@ impl Plan {
     /// The same where some joints matter that no term reads.
     pub(crate) fn with(problem: &Problem, others: &[JointId]) -> Self {
         let rig = problem.rig();
-        let mut plan = Self { signature: Signature::of(problem), ..Self::default() };
+        let mut layout = Self { signature: Signature::of(problem), ..Self::default() };
         let order = depth_first(rig);
-        let moves = plan.place_movers(problem, others, &order);
-        let node_of = plan.place_nodes(problem, &order, &moves);
-        plan.place_terms(problem, &node_of);
-        plan.place_rows();
-        plan
+        let moves = layout.place_movers(problem, others, &order);
+        let node_of = layout.place_nodes(problem, &order, &moves);
+        layout.place_terms(problem, &node_of);
+        layout.place_rows();
+        layout
     }
 
     /// Decides which joints move, and lays out their coordinates. The answer holds, for each joint, the mover that
@@ -328,7 +328,8 @@ impl Plan {
         for (idx, term) in problem.terms().iter().enumerate() {
             let objective = &term.objective;
             let first_part = self.parts.len();
-            self.parts.extend(objective.parts().iter().map(|p| PartPlan { n_rows: p.n_rows, unit: p.unit }));
+            self.parts
+                .extend(objective.parts().iter().map(|p| PartLayout { n_rows: p.n_rows, unit: p.unit }));
             let n_frame_parts = objective.parts().len();
             let joint_reads: Vec<JointRead> = joints_read(&**objective)
                 .iter()
@@ -360,14 +361,14 @@ impl Plan {
             let n_turning = joint_reads.iter().map(|r| r.n_rows).sum::<usize>() - n_sliding;
             let turn_part = self.parts.len();
             if n_turning > 0 {
-                self.parts.push(PartPlan { n_rows: n_turning, unit: Unit::Radians });
+                self.parts.push(PartLayout { n_rows: n_turning, unit: Unit::Radians });
             }
             let slide_part = self.parts.len();
             if n_sliding > 0 {
-                self.parts.push(PartPlan { n_rows: n_sliding, unit: Unit::Metres });
+                self.parts.push(PartLayout { n_rows: n_sliding, unit: Unit::Metres });
             }
             self.has_joint_rows |= !joint_reads.is_empty();
-            self.terms.push(TermPlan {
+            self.terms.push(TermLayout {
                 term: idx,
                 nodes: objective.joints().iter().map(|j| node_of[j.index()]).collect(),
                 rows: 0..objective.parts().iter().map(|p| p.n_rows).sum(),
