@@ -182,8 +182,8 @@ pub(crate) fn read(
         Some(end) => Some(pose_of_table(rig, &end, start.clone(), "[motion.end]", warnings)?),
         None => None,
     };
-    if end.is_some() && fixed_start && timeline.n_frames() == 2 {
-        let kind = MotionError::GivenFrames { given: 1, side: "end", n_frames: 2, taken: 1 };
+    if end.is_some() && fixed_start && timeline.n_samples() == 2 {
+        let kind = MotionError::GivenSamples { given: 1, side: "end", n_samples: 2, taken: 1 };
         return Err(table.error(ErrorKind::Motion(kind)));
     }
     let rate_limits = rate_limits::read(rig, active, &table)?;
@@ -246,7 +246,7 @@ pub(crate) fn path(table: &Table<'_>, timeline: Option<&Timeline>) -> Result<Opt
     let (mut times, mut points) = (Vec::new(), Vec::new());
     for entry in value.list(EXPECTED)? {
         let [secs, x, y, z] = entry.numbers("a time in seconds and a point, [secs, x, y, z]")?;
-        timeline.frame_at(secs).map_err(|e| wrong(&entry, e))?;
+        timeline.sample_at(secs).map_err(|e| wrong(&entry, e))?;
         times.push(secs);
         points.push(DVec3::new(x, y, z));
     }
@@ -272,7 +272,7 @@ pub(crate) fn when(
     };
     let secs = |value: &Value<'_>| -> Result<f64, Error> {
         let secs = value.number()?;
-        let on_line = timeline.frame_at(secs);
+        let on_line = timeline.sample_at(secs);
         on_line.map_err(|e| wrong(value, e))?;
         Ok(secs)
     };

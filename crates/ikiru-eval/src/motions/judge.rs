@@ -5,7 +5,7 @@ use ikiru_scenario::Scenario;
 use ikiru_solve::{Search, Solver, SolverOptions, Unit, Workspace};
 use serde::Serialize;
 
-use super::straight::frames_of;
+use super::straight::samples_of;
 use crate::error::Error;
 
 /// The first mandatory objective that a motion does not meet.
@@ -46,11 +46,11 @@ impl Judge {
     pub(super) fn new(scenario: Scenario) -> Result<Self, Error> {
         let Some(settings) = &scenario.motion else { return Err(Error::Task("it has no [motion]")) };
         let timeline = settings.timeline;
-        let n = timeline.n_frames();
+        let n = timeline.n_samples();
         let is_given =
             |frame: usize| (frame == 0 && settings.fixed_start) || (frame + 1 == n && settings.end.is_some());
         let holds = scenario.objectives.iter().map(|objective| {
-            let frames = frames_of(objective.when, &timeline);
+            let frames = samples_of(objective.when, &timeline);
             // As in planning: of frames that are given nobody asks more than they are, unless there is no other.
             let is_settled = frames.clone().all(is_given);
             (0..n).map(|frame| frames.contains(&frame) && (is_settled || !is_given(frame))).collect()
@@ -69,7 +69,7 @@ impl Judge {
     pub(super) fn first_unmet(&mut self, clip: &Clip) -> Result<Option<Unmet>, Error> {
         let odd = Error::Task("a motion that does not fit its scenario");
         let Some(timeline) = self.scenario.motion.as_ref().map(|m| m.timeline) else { return Err(odd) };
-        if clip.poses().len() != timeline.n_frames() {
+        if clip.poses().len() != timeline.n_samples() {
             return Err(odd);
         }
         for (frame, (pose, secs)) in clip.poses().iter().zip(clip.times()).enumerate() {

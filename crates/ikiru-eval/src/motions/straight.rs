@@ -25,7 +25,7 @@ pub(super) struct Straight {
 /// A time at which an objective holds that holds at no other.
 #[derive(Debug)]
 struct Key {
-    frame: usize,
+    sample: usize,
     /// With `lm`, whatever the motion is planned with.
     solver: Solver,
     scenario: Scenario,
@@ -40,16 +40,16 @@ impl Straight {
         settings: &MotionSettings,
     ) -> Result<Self, Error> {
         let timeline = settings.timeline;
-        let end_frame = timeline.n_frames() - 1;
-        let is_free = |frame: &usize| {
-            (*frame > 0 || !settings.fixed_start) && (*frame < end_frame || settings.end.is_none())
+        let end_sample = timeline.n_samples() - 1;
+        let is_free = |sample: &usize| {
+            (*sample > 0 || !settings.fixed_start) && (*sample < end_sample || settings.end.is_none())
         };
         let mut keys = Vec::new();
-        for frame in key_frames(&scenario.objectives, &timeline).into_iter().filter(is_free) {
-            let text = at_frame(source, scenario, &timeline, frame)?;
+        for sample in key_samples(&scenario.objectives, &timeline).into_iter().filter(is_free) {
+            let text = at_sample(source, scenario, &timeline, sample)?;
             let scenario = Scenario::parse(&text, &source.file, &source.folder)?;
             let solver = Solver::new(SolverOptions { method: Method::Lm, ..*scenario.solver.options() });
-            keys.push(Key { frame, solver, scenario });
+            keys.push(Key { sample, solver, scenario });
         }
         Ok(Self { timeline, start: scenario.start.clone(), end: settings.end.clone(), keys })
     }
@@ -62,7 +62,7 @@ impl Straight {
     /// The motion: from the start through the keys to the end, if that is given; else it stays at the last key.
     pub(super) fn clip(&self, workspaces: &mut [Workspace]) -> Result<Clip, Invalid> {
         const DIFFERENT: Invalid = Invalid::Pose("does not fit the rig of a key");
-        let (mut frames, mut poses) = (vec![0], vec![self.start.clone()]);
+        let (mut samples, mut poses) = (vec![0], vec![self.start.clone()]);
         let mut before = self.start.clone();
         for (key, workspace) in self.keys.iter().zip(workspaces) {
             // Each key has read the rig anew: its poses have the same numbers, but belong to another.
@@ -72,19 +72,19 @@ impl Straight {
                 return Err(invalid);
             }
             before = Pose::from_coords(self.start.rig(), pose.coords()).map_err(|_| DIFFERENT)?;
-            if key.frame == 0 {
+            if key.sample == 0 {
                 // The start is free, and a key is there.
                 poses[0] = before.clone();
             } else {
-                frames.push(key.frame);
+                samples.push(key.sample);
                 poses.push(before.clone());
             }
         }
         if let Some(end) = &self.end {
-            frames.push(self.timeline.n_frames() - 1);
+            samples.push(self.timeline.n_samples() - 1);
             poses.push(end.clone());
         }
-        let through = frames.iter().map(|frame| self.timeline.time(*frame)).collect();
+        let through = samples.iter().map(|sample| self.timeline.time(*sample)).collect();
         let between = |_: ClipError| Invalid::Pose("is at the time of another");
         let keys = Clip::new("straight", through, poses).map_err(between)?;
         let times = self.timeline.times();
@@ -93,24 +93,24 @@ impl Straight {
     }
 }
 
-/// The frames at which an objective holds.
-pub(super) fn frames_of(when: When, timeline: &Timeline) -> Range<usize> {
+/// The samples at which an objective holds.
+pub(super) fn samples_of(when: When, timeline: &Timeline) -> Range<usize> {
     // The scenario was read: its times are on the timeline.
-    when.frames(timeline).unwrap_or_default()
+    when.samples(timeline).unwrap_or_default()
 }
 
-/// The frames of objectives that hold at one time alone.
-fn key_frames(objectives: &[ScenarioObjective], timeline: &Timeline) -> BTreeSet<usize> {
+/// The samples of objectives that hold at one time alone.
+fn key_samples(objectives: &[ScenarioObjective], timeline: &Timeline) -> BTreeSet<usize> {
     let is_key = |o: &&ScenarioObjective| matches!(o.when, When::At(_) | When::End);
-    objectives.iter().filter(is_key).map(|o| frames_of(o.when, timeline).start).collect()
+    objectives.iter().filter(is_key).map(|o| samples_of(o.when, timeline).start).collect()
 }
 
-/// The scenario of the pose at one frame: what one would write for `ikiru solve`.
-fn at_frame(
+/// The scenario of the pose at one sample: what one would write for `ikiru solve`.
+fn at_sample(
     source: &Source,
     scenario: &Scenario,
     timeline: &Timeline,
-    frame: usize,
+    sample: usize,
 ) -> Result<String, Error> {
     let odd = Error::Task("a scenario that was read cannot be taken apart");
     // Both were read from the same text, so that neither of these fails.
@@ -119,7 +119,7 @@ fn at_frame(
     let Some(Value::Array(all)) = table.remove("objective") else { return Err(odd) };
     let mut holding = Vec::new();
     for (mut value, objective) in all.into_iter().zip(&scenario.objectives) {
-        if !frames_of(objective.when, timeline).contains(&frame) {
+        if !samples_of(objective.when, timeline).contains(&sample) {
             continue;
         }
         if let Value::Table(entry) = &mut value {
@@ -127,7 +127,7 @@ fn at_frame(
                 entry.remove(key);
             }
             if let Some(path) = &objective.path {
-                let point = path.at(timeline.time(frame));
+                let point = path.at(timeline.time(sample));
                 entry.insert("target".to_owned(), vector(scenario.world_from_targets().inverse() * point));
             }
         }

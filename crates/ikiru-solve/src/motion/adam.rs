@@ -1,4 +1,4 @@
-//! The paper's cautious Adam over all frames of a trajectory at once.
+//! The paper's cautious Adam over all samples of a trajectory at once.
 
 use crate::layout::Layout;
 use crate::motion::problem::MotionProblem;
@@ -20,7 +20,7 @@ pub(crate) struct MotionAdam {
 
 impl MotionAdam {
     pub(crate) fn new(layout: &Layout, state: &MotionState) -> Self {
-        let zeros = vec![0.0; layout.n_dofs * state.n_frames];
+        let zeros = vec![0.0; layout.n_dofs * state.n_samples];
         Self {
             moments: Moments::new(zeros.len()),
             gradient: zeros.clone(),
@@ -57,11 +57,11 @@ impl MotionAdam {
             self.gradient.copy_from_slice(&state.gradient);
             state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
             for (t, given) in state.is_given.iter().enumerate() {
-                let of_frame = &mut self.gradient[t * n..(t + 1) * n];
+                let of_sample = &mut self.gradient[t * n..(t + 1) * n];
                 if *given {
-                    of_frame.fill(0.0);
+                    of_sample.fill(0.0);
                 }
-                of_frame.iter_mut().for_each(|g| *g *= 2.0);
+                of_sample.iter_mut().for_each(|g| *g *= 2.0);
             }
             if self.gradient.iter().all(|g| *g == 0.0) {
                 break StopReason::Converged;

@@ -1,7 +1,7 @@
-//! Symmetric matrices over time whose entries lie within three frames of the diagonal: what smoothness of up to the
+//! Symmetric matrices over time whose entries lie within three samples of the diagonal: what smoothness of up to the
 //! third order couples.
 
-/// The diagonal and three above it, one row a frame: `rows[t][d]` is the entry `(t, t + d)`.
+/// The diagonal and three above it, one row a sample: `rows[t][d]` is the entry `(t, t + d)`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Banded {
     pub(crate) rows: Vec<[f64; 4]>,
@@ -29,7 +29,7 @@ impl Banded {
         matrix
     }
 
-    /// The same with the differences across the ends at which the motion is at rest: there it goes on as if frames
+    /// The same with the differences across the ends at which the motion is at rest: there it goes on as if samples
     /// like the first or the last stood before or behind it.
     pub(crate) fn smoothness_at_rest(n: usize, weights: [f64; 3], at_rest: [bool; 2]) -> Self {
         let mut matrix = Self::smoothness(n, weights);
@@ -119,7 +119,7 @@ impl Banded {
 }
 
 impl Banded {
-    /// `X := A⁻¹ X` for a matrix of `width` columns, frame by frame, that was [factored](Self::factor): all
+    /// `X := A⁻¹ X` for a matrix of `width` columns, sample by sample, that was [factored](Self::factor): all
     /// columns at once, where each alone would wait for itself.
     pub(crate) fn solve_columns(&self, width: usize, x: &mut [f64]) {
         let n = self.rows.len();
@@ -146,7 +146,7 @@ impl Banded {
     }
 }
 
-/// One such matrix for each degree of freedom, frame by frame, so that all are worked on at once: entry
+/// One such matrix for each degree of freedom, sample by sample, so that all are worked on at once: entry
 /// `(t, t + d)` of number `k` is `rows[(4 t + d) n + k]`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BandedLines {
@@ -155,11 +155,11 @@ pub(crate) struct BandedLines {
 }
 
 impl BandedLines {
-    /// Zeros for `n` degrees of freedom over some frames.
-    pub(crate) fn clear(&mut self, n: usize, n_frames: usize) {
+    /// Zeros for `n` degrees of freedom over some samples.
+    pub(crate) fn clear(&mut self, n: usize, n_samples: usize) {
         self.n = n;
         self.rows.clear();
-        self.rows.resize(4 * n * n_frames, 0.0);
+        self.rows.resize(4 * n * n_samples, 0.0);
     }
 
     /// Sets one of them.
@@ -186,12 +186,12 @@ impl BandedLines {
         }
     }
 
-    /// `y += A x` of all lines, frame by frame.
+    /// `y += A x` of all lines, sample by sample.
     pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64]) {
         let n = self.n;
-        let n_frames = x.len().checked_div(n).unwrap_or(0);
-        for t in 0..n_frames {
-            for d in 0..4.min(n_frames - t) {
+        let n_samples = x.len().checked_div(n).unwrap_or(0);
+        for t in 0..n_samples {
+            for d in 0..4.min(n_samples - t) {
                 let row = &self.rows[(4 * t + d) * n..(4 * t + d + 1) * n];
                 for (k, entry) in row.iter().enumerate() {
                     y[t * n + k] += entry * x[(t + d) * n + k];
@@ -213,8 +213,8 @@ impl BandedLines {
     /// As [`Banded::factor`], all of them; false where one is not positive definite.
     pub(crate) fn factor(&mut self) -> bool {
         let n = self.n;
-        let n_frames = self.rows.len().checked_div(4 * n).unwrap_or(0);
-        for t in 0..n_frames {
+        let n_samples = self.rows.len().checked_div(4 * n).unwrap_or(0);
+        for t in 0..n_samples {
             let (before, this) = self.rows.split_at_mut(4 * n * t);
             let this = &mut this[..4 * n];
             let mut least = f64::INFINITY;
@@ -241,26 +241,26 @@ impl BandedLines {
         true
     }
 
-    /// `x := A⁻¹ x` of all lines, `x` being frame by frame, for what was [factored](Self::factor).
+    /// `x := A⁻¹ x` of all lines, `x` being sample by sample, for what was [factored](Self::factor).
     pub(crate) fn solve(&self, x: &mut [f64]) {
         let n = self.n;
-        let n_frames = x.len().checked_div(n).unwrap_or(0);
-        for t in 0..n_frames {
+        let n_samples = x.len().checked_div(n).unwrap_or(0);
+        for t in 0..n_samples {
             let row = &self.rows[4 * n * t..4 * n * (t + 1)];
             let (this, after) = x[t * n..].split_at_mut(n);
             for (x, reciprocal) in this.iter_mut().zip(row) {
                 *x *= reciprocal;
             }
-            for d in 1..4.min(n_frames - t) {
+            for d in 1..4.min(n_samples - t) {
                 for ((y, x), l) in after[(d - 1) * n..d * n].iter_mut().zip(&*this).zip(&row[d * n..]) {
                     *y -= l * x;
                 }
             }
         }
-        for t in (0..n_frames).rev() {
+        for t in (0..n_samples).rev() {
             let row = &self.rows[4 * n * t..4 * n * (t + 1)];
             let (this, after) = x[t * n..].split_at_mut(n);
-            for d in 1..4.min(n_frames - t) {
+            for d in 1..4.min(n_samples - t) {
                 for ((x, y), l) in this.iter_mut().zip(&after[(d - 1) * n..d * n]).zip(&row[d * n..]) {
                     *x -= l * y;
                 }
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn at_rest_means_more_frames_of_the_same() {
+    fn at_rest_means_more_samples_of_the_same() {
         let mut random = Random::new(4);
         for n in [2, 3, 4, 9] {
             for at_rest in [[true, false], [false, true], [true, true]] {
@@ -343,33 +343,33 @@ mod tests {
             let both = x.iter().flat_map(|x| [*x, -2.0 * x]);
             assert!(both.zip(&columns).all(|(a, b)| (a - b).abs() < 1e-9));
         }
-        assert!(!Banded::smoothness(5, [1.0, 0.0, 0.0]).factor(), "a shift of all frames is free");
+        assert!(!Banded::smoothness(5, [1.0, 0.0, 0.0]).factor(), "a shift of all samples is free");
     }
 
     #[test]
     fn many_at_once_solve_as_one_alone() {
         let mut random = Random::new(3);
-        for n_frames in [1, 3, 20] {
+        for n_samples in [1, 3, 20] {
             let n = 3;
             let (mut lines, mut alone) = (BandedLines::default(), Vec::new());
-            lines.clear(n, n_frames);
+            lines.clear(n, n_samples);
             for k in 0..n {
-                let mut matrix = Banded::smoothness(n_frames, [0.5, 0.2, 0.1]);
+                let mut matrix = Banded::smoothness(n_samples, [0.5, 0.2, 0.1]);
                 for row in &mut matrix.rows {
                     row[0] += random.between(0.01, 1.0);
                 }
                 lines.set(k, &matrix);
                 alone.push(matrix);
             }
-            let mut x: Vec<f64> = (0..n * n_frames).map(|_| random.between(-1.0, 1.0)).collect();
+            let mut x: Vec<f64> = (0..n * n_samples).map(|_| random.between(-1.0, 1.0)).collect();
             let expected = x.clone();
             assert!(lines.factor());
             lines.solve(&mut x);
             for (k, matrix) in alone.iter_mut().enumerate() {
                 assert!(matrix.factor());
-                let mut line: Vec<f64> = (0..n_frames).map(|t| expected[t * n + k]).collect();
+                let mut line: Vec<f64> = (0..n_samples).map(|t| expected[t * n + k]).collect();
                 matrix.solve_from(0, &mut line);
-                assert!((0..n_frames).all(|t| (x[t * n + k] - line[t]).abs() < 1e-12));
+                assert!((0..n_samples).all(|t| (x[t * n + k] - line[t]).abs() < 1e-12));
             }
         }
         let mut singular = BandedLines::default();

@@ -42,9 +42,9 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
     motion.add_moving(0.3, When::Throughout, |secs| Position::new(led, target + way * secs)).unwrap();
     let joints: Vec<JointId> = motion.terms().active().collect();
     motion.add(0.05, When::Throughout, RestPose::new(&joints, random_pose(&rig, &mut random))).unwrap();
-    // Frames near each other, as in a motion: half a turn from frame to frame is a corner of the distance.
+    // Samples near each other, as in a motion: half a turn from sample to sample is a corner of the distance.
     let mut poses = vec![random_pose(&rig, &mut random)];
-    for t in 1..timeline.n_frames() {
+    for t in 1..timeline.n_samples() {
         let mut pose = poses[t - 1].clone();
         let step: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-0.3, 0.3)).collect();
         pose.retract(&step).unwrap();

@@ -1,6 +1,6 @@
-//! Cones of balls in the step of a motion: an edge that holds a ball back is one row along its normal, at its frame.
+//! Cones of balls in the step of a motion: an edge that holds a ball back is one row along its normal, at its sample.
 //!
-//! In the tangent space of a ball its cone is a box along axes of its own, which differ from frame to frame, so that what
+//! In the tangent space of a ball its cone is a box along axes of its own, which differ from sample to sample, so that what
 //! it holds is no degree of freedom over time. A stiff row does the same: `√W (n·δ − way)`. Where the cost pushes against
 //! the edge of a swing, sliding along it falls back inside: the edge's bend times the push is curvature along
 //! the other two axes (as in `solvers/step.rs`), one row each.
@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3};
 use ikiru_rig::TangentBox;
 
 use crate::layout::Layout;
-use crate::motion::rows::{Block, FrameRows};
+use crate::motion::rows::{Block, SampleRows};
 use crate::motion::state::MotionState;
 use crate::motion::step::ON_LIMIT;
 use crate::motion::system::MOST_DIRECT_ROWS;
@@ -28,11 +28,11 @@ struct Ball {
     row: usize,
 }
 
-/// A ball at one frame.
+/// A ball at one sample.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     ball: usize,
-    frame: usize,
+    sample: usize,
     limits: TangentBox,
     /// Which axes cannot move in this iteration.
     blocked: [bool; 3],
@@ -44,20 +44,20 @@ struct Place {
 
 impl Place {
     fn along(&self, n: usize, balls: &[Ball], delta: &[f64]) -> [f64; 3] {
-        let at = self.frame * n + balls[self.ball].dof;
+        let at = self.sample * n + balls[self.ball].dof;
         let turn = DVec3::from_slice(&delta[at..at + 3]);
         self.limits.axes.map(|axis| axis.dot(turn))
     }
 }
 
-/// All balls with cones at all frames that are planned.
+/// All balls with cones at all samples that are planned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cones {
     n_dofs: usize,
     balls: Vec<Ball>,
-    /// Frame by frame.
+    /// Sample by sample.
     places: Vec<Place>,
-    /// Frames in the order in which their rows are taken in, as long as there is room for them: those at which
+    /// Samples in the order in which their rows are taken in, as long as there is room for them: those at which
     /// something is wanted first.
     by_need: Vec<usize>,
     has_room: Vec<bool>,
@@ -72,16 +72,16 @@ enum Source {
 }
 
 impl Cones {
-    pub(crate) fn new(layout: &Layout, state: &MotionState, rows: &mut FrameRows) -> Self {
+    pub(crate) fn new(layout: &Layout, state: &MotionState, rows: &mut SampleRows) -> Self {
         let mut balls = Vec::new();
         for (mover, m) in layout.movers.iter().enumerate().filter(|(_, m)| m.motion.cone().is_some()) {
             let dof = m.dof + m.n_dofs - 3;
             let row = rows.add_support(dof..dof + 3);
             balls.push(Ball { mover, dof, coord: m.coord + m.n_coords - 4, row });
         }
-        let mut by_need: Vec<usize> = (0..state.n_frames).collect();
+        let mut by_need: Vec<usize> = (0..state.n_samples).collect();
         by_need.sort_by_key(|t| state.keyed.binary_search(t).is_err());
-        let has_room = vec![true; state.n_frames];
+        let has_room = vec![true; state.n_samples];
         Self { n_dofs: layout.n_dofs, balls, by_need, has_room, ..Self::default() }
     }
 
@@ -93,12 +93,12 @@ impl Cones {
             return;
         }
         let (n, nc) = (layout.n_dofs, layout.n_coords);
-        for frame in (0..state.n_frames).filter(|t| !state.is_given[*t]) {
+        for sample in (0..state.n_samples).filter(|t| !state.is_given[*t]) {
             for (ball, b) in self.balls.iter().enumerate() {
                 let Some(cone) = layout.movers[b.mover].motion.cone() else { continue };
-                let at = frame * nc + b.coord;
+                let at = sample * nc + b.coord;
                 let limits = cone.tangent_box(DQuat::from_slice(&state.coords[at..at + 4]));
-                let pull = DVec3::from_slice(&gradient[frame * n + b.dof..frame * n + b.dof + 3]);
+                let pull = DVec3::from_slice(&gradient[sample * n + b.dof..sample * n + b.dof + 3]);
                 let mut blocked = [false; 3];
                 for (axis, blocked) in blocked.iter_mut().enumerate() {
                     let (g, (down, up)) = (limits.axes[axis].dot(pull), limits.room[axis]);
@@ -107,7 +107,7 @@ impl Cones {
                 }
                 let push = if blocked[0] { limits.axes[0].dot(pull).abs() } else { 0.0 };
                 let bend = limits.curvature * push;
-                self.places.push(Place { ball, frame, limits, blocked, held: [None; 3], bend });
+                self.places.push(Place { ball, sample, limits, blocked, held: [None; 3], bend });
             }
         }
     }
@@ -125,22 +125,22 @@ impl Cones {
     }
 
     /// The rows of the state, and those of what is held.
-    pub(crate) fn gather(&mut self, state: &MotionState, stiffness: f64, rows: &mut FrameRows) {
+    pub(crate) fn gather(&mut self, state: &MotionState, stiffness: f64, rows: &mut SampleRows) {
         rows.clear();
         self.sources.clear();
         self.find_room(state);
         let root = (STIFFNESS * stiffness).sqrt();
         let (mut blocks, mut places) = (state.rows.blocks.iter().peekable(), self.places.iter().peekable());
-        for frame in 0..state.n_frames {
+        for sample in 0..state.n_samples {
             let first = rows.n_rows();
-            while let Some(block) = blocks.next_if(|block| block.frame == frame) {
+            while let Some(block) = blocks.next_if(|block| block.sample == sample) {
                 for row in block.first..block.first + block.n_rows {
                     rows.push_copy(&state.rows, row);
                     self.sources.push(Source::State(row));
                 }
             }
-            while let Some(place) = places.next_if(|place| place.frame == frame) {
-                if !self.has_room[frame] {
+            while let Some(place) = places.next_if(|place| place.sample == sample) {
+                if !self.has_room[sample] {
                     continue;
                 }
                 let ball = self.balls[place.ball];
@@ -157,23 +157,23 @@ impl Cones {
             }
             let n_rows = rows.n_rows() - first;
             if n_rows > 0 {
-                rows.blocks.push(Block { frame, first, n_rows });
+                rows.blocks.push(Block { sample, first, n_rows });
             }
         }
     }
 
-    /// Finds the frames whose rows there is room for.
+    /// Finds the samples whose rows there is room for.
     fn find_room(&mut self, state: &MotionState) {
-        let mut needed = vec![0; state.n_frames];
+        let mut needed = vec![0; state.n_samples];
         for place in &self.places {
             let n_held = place.held.iter().filter(|held| held.is_some()).count();
-            needed[place.frame] += if place.bend > 0.0 { 3 } else { n_held };
+            needed[place.sample] += if place.bend > 0.0 { 3 } else { n_held };
         }
         let mut room = MOST_DIRECT_ROWS.saturating_sub(state.rows.n_rows());
-        for &frame in &self.by_need {
-            self.has_room[frame] = needed[frame] <= room;
-            if self.has_room[frame] {
-                room -= needed[frame];
+        for &sample in &self.by_need {
+            self.has_room[sample] = needed[sample] <= room;
+            if self.has_room[sample] {
+                room -= needed[sample];
             }
         }
     }
@@ -212,7 +212,7 @@ impl Cones {
                 let way = if place.blocked[axis] { 0.0 } else { along[axis].max(down).min(up) };
                 turn += way * place.limits.axes[axis];
             }
-            let at = place.frame * self.n_dofs + self.balls[place.ball].dof;
+            let at = place.sample * self.n_dofs + self.balls[place.ball].dof;
             delta[at..at + 3].copy_from_slice(&turn.to_array());
         }
     }

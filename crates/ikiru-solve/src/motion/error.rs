@@ -11,17 +11,17 @@ pub enum MotionError {
     /// A time that is not on the timeline.
     #[error(transparent)]
     Timeline(#[from] TimelineError),
-    /// Given frames that leave nothing to plan, or meet each other.
+    /// Given samples that leave nothing to plan, or meet each other.
     #[error(
-        "{given} frames are given at the {side}, but the timeline has {n_frames} in all, {taken} of them given already"
+        "{given} samples are given at the {side}, but the timeline has {n_samples} in all, {taken} of them given already"
     )]
-    GivenFrames {
-        /// How many frames are given.
+    GivenSamples {
+        /// How many samples are given.
         given: usize,
         /// `start` or `end`.
         side: &'static str,
-        /// How many frames there are.
-        n_frames: usize,
+        /// How many samples there are.
+        n_samples: usize,
         /// How many of them are given at the other side.
         taken: usize,
     },
@@ -43,7 +43,7 @@ pub enum MotionError {
     /// The id of a term of another problem.
     #[error("the motion has no term {0} with such an objective: its id is of another motion")]
     Term(usize),
-    /// Two frames of a moving objective that read different joints.
+    /// Two samples of a moving objective that read different joints.
     #[error(
         "a moving objective reads the same joints, motions and parts at every time; at {0} s it does not"
     )]

@@ -1,13 +1,13 @@
-//! The step of a motion that is wanted something of at most of its frames: too many rows to solve over, so that the
+//! The step of a motion with targets at most of its samples: too many rows to solve over, so that the
 //! normal equations are solved by conjugate gradients.
 //!
-//! At each frame rows fix a few directions `Jₜ` and leave the others to smoothness. Along what they fix, the rows alone
-//! are the matrix, frame by frame; along what they leave, smoothness alone is, one degree of freedom at a time over all
-//! frames. With `B = (Jₜᵀ Jₜ + s)⁻¹` and `P = s B`, which keeps what the rows leave, the preconditioner is
+//! At each sample rows fix a few directions `Jₜ` and leave the others to smoothness. Along what they fix, the rows alone
+//! are the matrix, sample by sample; along what they leave, smoothness alone is, one degree of freedom at a time over all
+//! samples. With `B = (Jₜᵀ Jₜ + s)⁻¹` and `P = s B`, which keeps what the rows leave, the preconditioner is
 //! `P A⁻¹ P + B (1 − P)`: exact where smoothness `A` is `s` times the identity.
 
 use crate::motion::banded::BandedLines;
-use crate::motion::rows::{FrameRows, dot, factor_dense, solve_dense};
+use crate::motion::rows::{SampleRows, dot, factor_dense, solve_dense};
 
 /// How far the residual must fall; the step is one of many.
 const TOLERANCE: f64 = 0.02;
@@ -39,7 +39,7 @@ impl Iterative {
     }
 
     /// Makes the preconditioner. False where it is not positive definite.
-    pub(crate) fn prepare(&mut self, rows: &FrameRows, open: &[bool]) -> bool {
+    pub(crate) fn prepare(&mut self, rows: &SampleRows, open: &[bool]) -> bool {
         self.stiffness = self.over_time.mean_diagonal();
         if !self.over_time.factor() {
             return false;
@@ -50,7 +50,7 @@ impl Iterative {
             let (m, at) = (block.n_rows, self.grams.len());
             self.grams.resize(at + m * m, 0.0);
             let gram = &mut self.grams[at..];
-            let open = &open[block.frame * n..(block.frame + 1) * n];
+            let open = &open[block.sample * n..(block.sample + 1) * n];
             for i in 0..m {
                 self.masked.clear();
                 self.masked.resize(n, 0.0);
@@ -75,7 +75,7 @@ impl Iterative {
     /// to its second argument.
     pub(crate) fn solve(
         &mut self,
-        rows: &FrameRows,
+        rows: &SampleRows,
         open: &[bool],
         apply: impl Fn(&[f64], &mut [f64]),
         b: &[f64],
@@ -128,7 +128,7 @@ impl Iterative {
     }
 
     /// `conditioned := (P A⁻¹ P + P (1 − P) / s) residual`, where open.
-    fn condition(&mut self, rows: &FrameRows, open: &[bool]) {
+    fn condition(&mut self, rows: &SampleRows, open: &[bool]) {
         let mut kept = std::mem::take(&mut self.kept);
         kept.clone_from(&self.residual);
         self.keep(rows, open, &mut kept);
@@ -145,20 +145,20 @@ impl Iterative {
     }
 
     /// `x := P x` for an `x` that is 0 where it is not open.
-    fn keep(&mut self, rows: &FrameRows, open: &[bool], x: &mut [f64]) {
+    fn keep(&mut self, rows: &SampleRows, open: &[bool], x: &mut [f64]) {
         let n = rows.n_dofs;
         let mut at = 0;
         for block in &rows.blocks {
             let m = block.n_rows;
-            let frame = block.frame * n..(block.frame + 1) * n;
-            let x = &mut x[frame.clone()];
+            let sample = block.sample * n..(block.sample + 1) * n;
+            let x = &mut x[sample.clone()];
             self.of_rows.clear();
             self.of_rows.extend((block.first..block.first + m).map(|r| rows.dot(r, x)));
             solve_dense(m, &self.grams[at..at + m * m], &mut self.of_rows);
             for (r, y) in (block.first..).zip(&self.of_rows) {
                 rows.add_row(r, -y, x);
             }
-            for (x, open) in x.iter_mut().zip(&open[frame]) {
+            for (x, open) in x.iter_mut().zip(&open[sample]) {
                 if !open {
                     *x = 0.0;
                 }
@@ -178,32 +178,32 @@ mod tests {
     #[test]
     fn solutions_solve_within_the_tolerance() {
         let mut random = Random::new(8);
-        let (n, n_frames) = (5, 30);
-        let mut rows = FrameRows::dense(n, 2);
-        for frame in 0..n_frames {
-            rows.blocks.push(Block { frame, first: 2 * frame, n_rows: 2 });
+        let (n, n_samples) = (5, 30);
+        let mut rows = SampleRows::dense(n, 2);
+        for sample in 0..n_samples {
+            rows.blocks.push(Block { sample, first: 2 * sample, n_rows: 2 });
             for row in 0..2 {
                 let entries: Vec<f64> = (0..n).map(|_| random.between(-1.0, 1.0)).collect();
                 rows.push(row, 0.0, |k| entries[k]);
             }
         }
-        let mut over_time = Banded::smoothness(n_frames, [0.01, 0.02, 0.03]);
+        let mut over_time = Banded::smoothness(n_samples, [0.01, 0.02, 0.03]);
         over_time.rows.iter_mut().for_each(|row| row[0] += 1e-3);
-        let open: Vec<bool> = (0..n * n_frames).map(|_| random.unit() < 0.9).collect();
+        let open: Vec<bool> = (0..n * n_samples).map(|_| random.unit() < 0.9).collect();
         let apply = |x: &[f64], out: &mut [f64]| {
             let mut y = vec![0.0; rows.n_rows()];
             rows.add_product(x, &mut y);
             rows.add_transposed(&y, out);
             for k in 0..n {
-                let line: Vec<f64> = (0..n_frames).map(|t| x[t * n + k]).collect();
-                let mut product = vec![0.0; n_frames];
+                let line: Vec<f64> = (0..n_samples).map(|t| x[t * n + k]).collect();
+                let mut product = vec![0.0; n_samples];
                 over_time.add_product(&line, &mut product);
-                (0..n_frames).for_each(|t| out[t * n + k] += product[t]);
+                (0..n_samples).for_each(|t| out[t * n + k] += product[t]);
             }
         };
         let b: Vec<f64> = open.iter().map(|o| if *o { random.between(-1.0, 1.0) } else { 0.0 }).collect();
         let mut iterative = Iterative::default();
-        iterative.over_time().clear(n, n_frames);
+        iterative.over_time().clear(n, n_samples);
         (0..n).for_each(|k| iterative.over_time().set(k, &over_time));
         assert!(iterative.prepare(&rows, &open));
         for from_guess in [false, true] {

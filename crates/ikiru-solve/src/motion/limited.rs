@@ -39,7 +39,7 @@ impl Run<'_> {
     pub(super) fn exceeded(&self, clip: &Clip) -> Vec<RateExcess> {
         // The limits were checked when they were set.
         let mut excess = clip.exceeded(self.motion.rate_limits()).unwrap_or_default();
-        // What was executed is not judged: only its last two frames lie beside what is planned.
+        // What was executed is not judged: only its last two samples lie beside what is planned.
         let from = self.motion.n_history().saturating_sub(2);
         let planned = |excess: &RateExcess| excess.peak.secs >= clip.times()[from];
         if !excess.iter().all(planned) {
@@ -157,10 +157,10 @@ impl Run<'_> {
         true
     }
 
-    /// The straight way at constant speed from the last frame of the history to a given end, or standing still.
+    /// The straight way at constant speed from the last sample of the history to a given end, or standing still.
     fn go_straight(&mut self) {
         let nc = self.layout.n_coords;
-        let last = self.state.n_frames - 1;
+        let last = self.state.n_samples - 1;
         self.state.coords.copy_from_slice(&self.workspace.start);
         let is_given = self.state.is_given.clone();
         let from = is_given[..last].iter().rposition(|given| *given);
@@ -178,8 +178,8 @@ impl Run<'_> {
     /// The motion a part of the way from one to another.
     fn set_between(&mut self, from: &[f64], to: &[f64], part: f64) {
         let (n, nc) = (self.layout.n_dofs, self.layout.n_coords);
-        let mut way = vec![0.0; n * self.state.n_frames];
-        for t in 0..self.state.n_frames {
+        let mut way = vec![0.0; n * self.state.n_samples];
+        for t in 0..self.state.n_samples {
             for m in &self.layout.movers {
                 let coords = t * nc + m.coord..t * nc + m.coord + m.n_coords;
                 let way = &mut way[t * n + m.dof..t * n + m.dof + m.n_dofs];

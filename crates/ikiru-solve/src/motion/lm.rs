@@ -1,4 +1,4 @@
-//! Bounded Levenberg–Marquardt over all frames of a motion at once: the method of poses (`solvers/lm.rs`), with a
+//! Bounded Levenberg–Marquardt over all samples of a motion at once: the method of poses (`solvers/lm.rs`), with a
 //! correction for curved valleys.
 
 use crate::motion::planner::{MotionWorkspace, Outcome, Run};

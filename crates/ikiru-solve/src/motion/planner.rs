@@ -23,7 +23,7 @@ const MOST_RATE_BOUND: usize = 2;
 /// A planned motion.
 #[derive(Clone, Debug)]
 pub struct PlannedMotion {
-    /// The poses over time, one a frame of the timeline: given ones as they are, all others inside their limits. The
+    /// The poses over time, one a sample of the timeline: given ones as they are, all others inside their limits. The
     /// guess itself where the input is invalid.
     pub clip: Clip,
     /// What came of planning it.
@@ -63,9 +63,9 @@ impl Outcome {
 impl Solver {
     /// Plans a motion: improves a guess until the bar is met or a stopping rule says otherwise.
     ///
-    /// The guess is sampled at the frames of the timeline and held still beyond its ends: a clip of one pose
-    /// is a motion that stands still, the clip of an earlier plan a warm start. Frames that the problem gives take
-    /// their place in it. Joints that are not active, and active ones that nothing moves, are in every frame as in the
+    /// The guess is taken at the times of the timeline and held still beyond its ends: a clip of one pose
+    /// is a motion that stands still, the clip of an earlier plan a warm start. Samples that the problem gives take
+    /// their place in it. Joints that are not active, and active ones that nothing moves, are in every sample as in the
     /// first one given, or as the guess has them at its first time. By [`Method::Lm`] or [`Method::Adam`].
     ///
     /// Invalid input ends at once with [`StopReason::InvalidInput`], the guess given back.
@@ -86,14 +86,14 @@ impl Solver {
 pub(super) struct Run<'a> {
     solver: &'a Solver,
     pub(super) motion: &'a MotionProblem,
-    /// What does not move is in every frame as it is here.
+    /// What does not move is in every sample as it is here.
     still: Pose,
     guess: &'a Clip,
     pub(super) layout: Layout,
     pub(super) state: MotionState,
     pub(super) workspace: &'a mut MotionWorkspace,
     pub(super) budget: Budget,
-    /// What the terms cost that given frames settle.
+    /// What the terms cost that given samples settle.
     settled_cost: f64,
 }
 
@@ -119,8 +119,8 @@ impl<'a> Run<'a> {
             return Err(Invalid::Options(reason));
         }
         if motion.has_free_duration() && motion.n_history() > 1 {
-            let reason = "a free duration gives all frames new times, those of a history too: \
-                fix one first frame, or the duration";
+            let reason = "a free duration gives all samples new times, those of a history too: \
+                fix one first sample, or the duration";
             return Err(Invalid::Options(reason));
         }
         motion.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
@@ -129,7 +129,7 @@ impl<'a> Run<'a> {
         let mut state = MotionState::new(&layout, motion);
         let timeline = motion.timeline();
         let still = motion.first_given().map_or_else(|| start_of(guess), Pose::clone);
-        for t in 0..timeline.n_frames() {
+        for t in 0..timeline.n_samples() {
             let pose = motion.given(t).map_or_else(|| guess.sample(timeline.time(t)), Pose::clone);
             if !pose.rig().is_same(motion.rig()) {
                 return Err(Invalid::Pose("belongs to another rig than the motion"));
@@ -139,15 +139,15 @@ impl<'a> Run<'a> {
                 return Err(Invalid::Pose(reason));
             }
         }
-        if (0..timeline.n_frames())
+        if (0..timeline.n_samples())
             .filter_map(|t| motion.given(t))
             .any(|pose| motion.moves_others(&still, pose))
         {
-            let reason = "and the given frames differ in joints that are not active: make those active, or give them alike";
+            let reason = "and the given samples differ in joints that are not active: make those active, or give them alike";
             return Err(Invalid::Pose(reason));
         }
-        // Terms read what does not move as all frames have it.
-        state.frame.load(&layout, &still);
+        // Terms read what does not move as all samples have it.
+        state.sample.load(&layout, &still);
         workspace.step = MotionStep::new(&layout, &state);
         workspace.adam = MotionAdam::new(&layout, &state);
         workspace.accepted.clone_from(&state.coords);
@@ -162,7 +162,9 @@ impl<'a> Run<'a> {
         let cost = self.state.evaluate(&self.layout, self.motion);
         if !(cost + self.settled_cost).is_finite() {
             let invalid = match self.state.not_finite(&self.layout, self.motion) {
-                Some(term) => Invalid::Term(term, "gives a residual that is not finite at one of its frames"),
+                Some(term) => {
+                    Invalid::Term(term, "gives a residual that is not finite at one of its samples")
+                }
                 None => Invalid::Pose("gives a cost that is not finite"),
             };
             return self.refuse(invalid);
@@ -170,8 +172,8 @@ impl<'a> Run<'a> {
         if self.solver.options().cost_below.is_none()
             && let Some(term) = self.state.conflict(&self.layout, self.motion)
         {
-            let conflict = "holds at given frames alone, and their poses do not meet it: \
-                give it another time, or leave those frames free";
+            let conflict = "holds at given samples alone, and their poses do not meet it: \
+                give it another time, or leave those samples free";
             return self.refuse(Invalid::Term(term, conflict));
         }
         let (outcome, restarts) = self.search(cost);
@@ -220,7 +222,7 @@ impl<'a> Run<'a> {
     /// The motion in the state as a clip.
     pub(super) fn clip(&mut self) -> Clip {
         let timeline = self.motion.timeline();
-        let poses = (0..timeline.n_frames())
+        let poses = (0..timeline.n_samples())
             .map(|t| {
                 let mut pose = self.motion.given(t).unwrap_or(&self.still).clone();
                 self.state.store(&self.layout, t, &mut pose);
@@ -308,8 +310,8 @@ impl<'a> Run<'a> {
     fn seed(&mut self, seeds: &Seeds, idx: usize) {
         let nc = self.layout.n_coords;
         self.state.coords.copy_from_slice(&self.workspace.start);
-        let last = self.state.n_frames - 1;
-        // Runs of keyed frames share one pose: the seed of their number.
+        let last = self.state.n_samples - 1;
+        // Runs of keyed samples share one pose: the seed of their number.
         let mut anchors: Vec<usize> = (0..=last).filter(|t| self.state.is_given[*t]).collect();
         let mut n_runs = 0;
         let mut before = None;

@@ -1,4 +1,4 @@
-//! A motion problem: objectives at times, smoothness, and frames that are given.
+//! A motion problem: objectives at times, smoothness, and samples that are given.
 
 use std::ops::{Index, IndexMut, Range};
 
@@ -6,7 +6,7 @@ use ikiru_rig::{JointId, Pose, RateLimit, Rig};
 
 use crate::layout::joints_read;
 use crate::motion::error::MotionError;
-use crate::motion::frame_terms::FrameTerms;
+use crate::motion::sample_terms::SampleTerms;
 use crate::motion::timeline::Timeline;
 use crate::motion::when::When;
 use crate::objective::Objective;
@@ -15,18 +15,18 @@ use crate::problem::{Problem, TermId, Tolerance, check_objective};
 /// Where a term holds, and its objectives where they move.
 #[derive(Debug)]
 pub(crate) struct Track {
-    pub(crate) frames: Range<usize>,
-    /// One a frame; empty for an objective that stays.
+    pub(crate) samples: Range<usize>,
+    /// One a sample; empty for an objective that stays.
     pub(crate) moving: Vec<Box<dyn Objective>>,
 }
 
-/// Which joints may move, what is wanted when, how smooth the motion should be, and which frames are given.
+/// Which joints may move, what is wanted when, how smooth the motion should be, and which samples are given.
 ///
-/// A term that holds over a span says nothing of frames that are given. One whose frames are all given, and whose
+/// A term that holds over a span says nothing of samples that are given. One whose samples are all given, and whose
 /// tolerance their poses do not meet, is invalid.
 ///
-/// The cost is `Σ λ ρ(r)` over all terms and the frames at which they hold, plus
-/// `Σₙ wₙ Σₜ ‖Δⁿ qₜ‖²` for the orders 1 to 3 (equations 25 and 26). The differences are those from frame to frame, not
+/// The cost is `Σ λ ρ(r)` over all terms and the samples at which they hold, plus
+/// `Σₙ wₙ Σₜ ‖Δⁿ qₜ‖²` for the orders 1 to 3 (equations 25 and 26). The differences are those from sample to sample, not
 /// divided by time; those of balls and of a free root are differences of rotations.
 #[derive(Debug)]
 pub struct MotionProblem {
@@ -37,7 +37,7 @@ pub struct MotionProblem {
     of_joints: Vec<(JointId, [f64; 3])>,
     even_spacing: f64,
     at_rest: [bool; 2],
-    /// Frames that are given, from the first on.
+    /// Samples that are given, from the first on.
     history: Vec<Pose>,
     end: Option<Pose>,
     rate_limits: Vec<RateLimit>,
@@ -69,15 +69,15 @@ impl MotionProblem {
     }
 
     /// The terms of a problem of single poses, each at its own time: `when` has one entry a term, and where it ends
-    /// the rest hold at the last frame.
+    /// the rest hold at the last sample.
     ///
     /// # Errors
     /// A time that is not on the timeline, or a span that ends before it begins.
     pub fn from_problem(problem: Problem, timeline: Timeline, when: &[When]) -> Result<Self, MotionError> {
         let mut motion = Self::of_problem(problem, timeline);
         for term in 0..motion.base.n_terms() {
-            let frames = when.get(term).copied().unwrap_or_default().frames(&timeline)?;
-            motion.tracks.push(Track { frames, moving: Vec::new() });
+            let samples = when.get(term).copied().unwrap_or_default().samples(&timeline)?;
+            motion.tracks.push(Track { samples, moving: Vec::new() });
         }
         Ok(motion)
     }
@@ -110,13 +110,13 @@ impl MotionProblem {
         when: When,
         objective: T,
     ) -> Result<TermId<T>, MotionError> {
-        let frames = when.frames(&self.timeline)?;
-        self.tracks.push(Track { frames, moving: Vec::new() });
+        let samples = when.samples(&self.timeline)?;
+        self.tracks.push(Track { samples, moving: Vec::new() });
         Ok(self.base.add(weight, objective))
     }
 
-    /// Adds an objective that moves in time: `at` gives it for each frame of the span (seconds), always with the
-    /// same joints and parts. The objective that the id leads to is that of the first frame, for looking at.
+    /// Adds an objective that moves in time: `at` gives it for each sample of the span (seconds), always with the
+    /// same joints and parts. The objective that the id leads to is that of the first sample, for looking at.
     ///
     /// # Errors
     /// A time that is not on the timeline, or objectives that read different things at different times.
@@ -126,14 +126,14 @@ impl MotionProblem {
         when: When,
         mut at: impl FnMut(f64) -> T,
     ) -> Result<TermId<T>, MotionError> {
-        let frames = when.frames(&self.timeline)?;
-        let first = at(self.timeline.time(frames.start));
-        let moving = self.follow(&frames, &first, at)?;
-        self.tracks.push(Track { frames, moving });
+        let samples = when.samples(&self.timeline)?;
+        let first = at(self.timeline.time(samples.start));
+        let moving = self.follow(&samples, &first, at)?;
+        self.tracks.push(Track { samples, moving });
         Ok(self.base.add(weight, first))
     }
 
-    /// Gives a term another objective at each of its frames, whether or not it moved before: a target that goes
+    /// Gives a term another objective at each of its samples, whether or not it moved before: a target that goes
     /// another way from now on. Weight, tolerance and span stay; one that stays still is changed by its id.
     ///
     /// # Errors
@@ -146,27 +146,27 @@ impl MotionProblem {
         let (Some(track), Some(known)) = (self.tracks.get(id.index()), self.base.get(id)) else {
             return Err(MotionError::Term(id.index()));
         };
-        let frames = track.frames.clone();
-        let first = at(self.timeline.time(frames.start));
+        let samples = track.samples.clone();
+        let first = at(self.timeline.time(samples.start));
         if !reads_the_same(known, &first) {
-            return Err(MotionError::Changes(self.timeline.time(frames.start)));
+            return Err(MotionError::Changes(self.timeline.time(samples.start)));
         }
-        let moving = self.follow(&frames, &first, at)?;
+        let moving = self.follow(&samples, &first, at)?;
         self.tracks[id.index()].moving = moving;
         self.base[id] = first;
         Ok(())
     }
 
-    /// The objective of every frame, all of which read what `first` does.
+    /// The objective of every sample, all of which read what `first` does.
     fn follow<T: Objective>(
         &self,
-        frames: &Range<usize>,
+        samples: &Range<usize>,
         first: &T,
         mut at: impl FnMut(f64) -> T,
     ) -> Result<Vec<Box<dyn Objective>>, MotionError> {
-        let mut moving: Vec<Box<dyn Objective>> = Vec::with_capacity(frames.len());
-        for frame in frames.clone() {
-            let secs = self.timeline.time(frame);
+        let mut moving: Vec<Box<dyn Objective>> = Vec::with_capacity(samples.len());
+        for sample in samples.clone() {
+            let secs = self.timeline.time(sample);
             let objective = at(secs);
             if !reads_the_same(first, &objective) {
                 return Err(MotionError::Changes(secs));
@@ -197,9 +197,9 @@ impl MotionProblem {
         Ok(())
     }
 
-    /// The weight of even spacing: `w Σₜ (ℓₜ − ℓ̄)²`, where `ℓₜ` is the length of the step to the next frame over all
+    /// The weight of even spacing: `w Σₜ (ℓₜ − ℓ̄)²`, where `ℓₜ` is the length of the step to the next sample over all
     /// degrees of freedom (radians and metres) and `ℓ̄` the mean of all steps. Key poses far apart then take longer to
-    /// go between than near ones. 0, none, at first.
+    /// go between than near ones. 0, none, is the default.
     ///
     /// # Errors
     /// A weight that is not finite or below 0.
@@ -211,14 +211,14 @@ impl MotionProblem {
         Ok(())
     }
 
-    /// Whether the body stands still before the first and after the last frame. If so, getting into motion and coming to
-    /// a stop count for acceleration and jerk as they do in between: the motion sets in and ends softly. Neither at
-    /// first: a motion then begins and ends at any speed.
+    /// Whether the body stands still before the first and after the last sample. If so, getting into motion and coming to
+    /// a stop count for acceleration and jerk as they do in between: the motion sets in and ends softly. By
+    /// default at neither: a motion then begins and ends at any speed.
     pub fn set_at_rest(&mut self, start: bool, end: bool) {
         self.at_rest = [start, end];
     }
 
-    /// Whether the body stands still before the first and after the last frame.
+    /// Whether the body stands still before the first and after the last sample.
     #[must_use]
     pub fn at_rest(&self) -> [bool; 2] {
         self.at_rest
@@ -245,7 +245,7 @@ impl MotionProblem {
         self.base.set_mandatory(id, mandatory);
     }
 
-    /// The first frame is this pose.
+    /// The first sample is this pose.
     ///
     /// # Errors
     /// A pose of another rig or with numbers that are not finite.
@@ -253,11 +253,11 @@ impl MotionProblem {
         self.fix_history(std::slice::from_ref(pose))
     }
 
-    /// The first frames are these poses, which have been executed: the motion goes on from them without a kick,
-    /// since smoothness counts them too. None gives the first frame free.
+    /// The first samples are these poses, which have been executed: the motion goes on from them without a kick,
+    /// since smoothness counts them too. None leaves the first sample free.
     ///
     /// # Errors
-    /// More frames than the timeline leaves, poses of another rig or with numbers that are not finite.
+    /// More samples than the timeline leaves, poses of another rig or with numbers that are not finite.
     pub fn fix_history(&mut self, poses: &[Pose]) -> Result<(), MotionError> {
         self.check_given(poses.len(), "start", usize::from(self.end.is_some()))?;
         for pose in poses {
@@ -267,10 +267,10 @@ impl MotionProblem {
         Ok(())
     }
 
-    /// The last frame is this pose; `None` gives it free.
+    /// The last sample is this pose; `None` leaves it free.
     ///
     /// # Errors
-    /// No frame left for it, a pose of another rig or with numbers that are not finite.
+    /// No sample left for it, a pose of another rig or with numbers that are not finite.
     pub fn fix_end(&mut self, pose: Option<&Pose>) -> Result<(), MotionError> {
         if let Some(pose) = pose {
             self.check_given(1, "end", self.history.len())?;
@@ -281,7 +281,7 @@ impl MotionProblem {
     }
 
     /// Limits on the speed and acceleration of joints, in the place of those before. They are hard: they hold
-    /// anywhere on the curve of [`Clip::sample_cubic`](ikiru_rig::Clip::sample_cubic), between frames too, and what
+    /// anywhere on the curve of [`Clip::sample_cubic`](ikiru_rig::Clip::sample_cubic), between samples too, and what
     /// cannot be reached in time is missed. Where no motion was found that keeps them, they are exceeded, and the
     /// [report](crate::MotionReport::exceeded) says why that can be, and names joint and time.
     ///
@@ -299,8 +299,8 @@ impl MotionProblem {
 
     /// Whether the motion may take longer than its timeline: it is then planned as if nothing limited speed and
     /// acceleration, and slowed down afterwards where limits ask for it. Its poses stay the same, their times come
-    /// later and at uneven distances, and the report has the new ones. Not with a history of more than one frame, whose
-    /// times have been. False at first.
+    /// later and at uneven distances, and the report has the new ones. Not with a history of more than one sample, whose
+    /// times have been. The default is false.
     pub fn set_free_duration(&mut self, is_free: bool) {
         self.free_duration = is_free;
     }
@@ -323,10 +323,10 @@ impl MotionProblem {
     }
 
     fn check_given(&self, given: usize, side: &'static str, taken: usize) -> Result<(), MotionError> {
-        let n_frames = self.timeline.n_frames();
-        // A motion of given frames alone has nothing to plan.
-        if given + taken >= n_frames {
-            return Err(MotionError::GivenFrames { given, side, n_frames, taken });
+        let n_samples = self.timeline.n_samples();
+        // A motion of given samples alone has nothing to plan.
+        if given + taken >= n_samples {
+            return Err(MotionError::GivenSamples { given, side, n_samples, taken });
         }
         Ok(())
     }
@@ -338,29 +338,29 @@ impl MotionProblem {
         if pose.is_valid() { Ok(()) } else { Err(MotionError::Pose) }
     }
 
-    /// The pose of a frame that is given.
-    pub(crate) fn given(&self, frame: usize) -> Option<&Pose> {
-        let is_last = frame + 1 == self.timeline.n_frames();
-        self.history.get(frame).or(self.end.as_ref().filter(|_| is_last))
+    /// The pose of a sample that is given.
+    pub(crate) fn given(&self, sample: usize) -> Option<&Pose> {
+        let is_last = sample + 1 == self.timeline.n_samples();
+        self.history.get(sample).or(self.end.as_ref().filter(|_| is_last))
     }
 
-    /// Whether a term wants something of a frame: it does at its frames but for those that are given, where there is
+    /// Whether a term wants something of a sample: it does at its samples but for those that are given, where there is
     /// nothing to plan.
-    pub(crate) fn wants(&self, term: usize, frame: usize) -> bool {
-        self.tracks[term].frames.contains(&frame) && self.given(frame).is_none()
+    pub(crate) fn wants(&self, term: usize, sample: usize) -> bool {
+        self.tracks[term].samples.contains(&sample) && self.given(sample).is_none()
     }
 
-    /// Whether all frames of a term are given: what it costs is then a constant of the motion.
+    /// Whether all samples of a term are given: what it costs is then a constant of the motion.
     pub(crate) fn is_settled(&self, term: usize) -> bool {
-        self.tracks[term].frames.clone().all(|frame| self.given(frame).is_some())
+        self.tracks[term].samples.clone().all(|sample| self.given(sample).is_some())
     }
 
-    /// Whether a settled term holds at a frame.
-    pub(crate) fn settles(&self, term: usize, frame: usize) -> bool {
-        self.tracks[term].frames.contains(&frame) && self.is_settled(term)
+    /// Whether a settled term holds at a sample.
+    pub(crate) fn settles(&self, term: usize, sample: usize) -> bool {
+        self.tracks[term].samples.contains(&sample) && self.is_settled(term)
     }
 
-    /// Active joints that the given frames lead from one place to another, whether or not a term reads them.
+    /// Active joints that the given samples lead from one place to another, whether or not a term reads them.
     pub(crate) fn led(&self) -> Vec<JointId> {
         let rig = self.rig();
         let given: Vec<&Pose> = self.history.iter().chain(&self.end).collect();
@@ -371,12 +371,12 @@ impl MotionProblem {
         self.base.active().filter(differs).collect()
     }
 
-    /// The first frame that is given, if there is one.
+    /// The first sample that is given, if there is one.
     pub(crate) fn first_given(&self) -> Option<&Pose> {
         self.history.first().or(self.end.as_ref())
     }
 
-    /// How many first frames are given.
+    /// How many first samples are given.
     pub(crate) fn n_history(&self) -> usize {
         self.history.len()
     }
@@ -403,7 +403,7 @@ impl MotionProblem {
             .map_or(self.smoothness, |(_, weights)| *weights)
     }
 
-    /// The first term whose numbers are wrong at some frame, and what is wrong.
+    /// The first term whose numbers are wrong at some sample, and what is wrong.
     pub(crate) fn check(&self) -> Result<(), (usize, &'static str)> {
         self.base.check()?;
         for (idx, track) in self.tracks.iter().enumerate() {
@@ -414,14 +414,14 @@ impl MotionProblem {
         Ok(())
     }
 
-    /// The terms that a plan can still do something for at one frame.
-    pub(crate) fn at(&self, frame: usize) -> FrameTerms<'_> {
-        FrameTerms::wanted(self, frame)
+    /// The terms that a plan can still do something for at one sample.
+    pub(crate) fn at(&self, sample: usize) -> SampleTerms<'_> {
+        SampleTerms::wanted(self, sample)
     }
 
-    /// The settled terms of one frame.
-    pub(crate) fn settled_at(&self, frame: usize) -> FrameTerms<'_> {
-        FrameTerms::settled(self, frame)
+    /// The settled terms of one sample.
+    pub(crate) fn settled_at(&self, sample: usize) -> SampleTerms<'_> {
+        SampleTerms::settled(self, sample)
     }
 }
 
@@ -446,7 +446,7 @@ impl<T: Objective> Index<TermId<T>> for MotionProblem {
 
 impl<T: Objective> IndexMut<TermId<T>> for MotionProblem {
     /// An objective that stays, to change it between solves. Of one that moves this is only a copy of its first
-    /// frame's.
+    /// sample's.
     ///
     /// # Panics
     /// When the id is of another problem and does not fit.

@@ -1,8 +1,8 @@
 //! Limits on speed and acceleration while a motion is planned: an augmented Lagrangian (Hestenes 1969, Powell 1969;
 //! for inequalities Rockafellar 1973).
 //!
-//! Between two frames a clip is a cubic whose velocities and accelerations are combinations of the differences from frame
-//! to frame. The speed is never above the longest of the three points of Bézier's form of its velocity, the
+//! Between two samples a clip is a cubic whose velocities and accelerations are combinations of the differences from sample
+//! to sample. The speed is never above the longest of the three points of Bézier's form of its velocity, the
 //! acceleration never above that at its two ends, so that to bound those bounds the curve everywhere. Each is one
 //! constraint `c = ‖x‖ / most − 1 ≤ 0`, whose cost is `max(0, λ + μ c)² / 2μ` with its multiplier λ.
 
@@ -18,13 +18,13 @@ use crate::motion::problem::MotionProblem;
 const MARGIN: f64 = 1e-3;
 /// From which part of its most on a point has curvature though nothing pushes it yet: a step sees the limit come.
 const NEAR: f64 = 0.8;
-/// Most points that bound a curve between two frames.
+/// Most points that bound a curve between two samples.
 const MOST_POINTS: usize = 3;
 
 /// All limits of a motion, and what they add to cost and curvature.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RateBounds {
-    n_frames: usize,
+    n_samples: usize,
     is_given: Vec<bool>,
     bounds: Vec<Bound>,
     /// λ of each limit, interval and point.
@@ -48,7 +48,7 @@ struct Bound {
     part: f64,
 }
 
-/// The points that bound the curve between two frames: by how much the differences before, here and after count.
+/// The points that bound the curve between two samples: by how much the differences before, here and after count.
 type Points = ([[f64; 3]; MOST_POINTS], usize);
 
 fn points(rate: Rate, interval: usize, n_intervals: usize) -> Points {
@@ -66,8 +66,8 @@ fn points(rate: Rate, interval: usize, n_intervals: usize) -> Points {
     }
 }
 
-/// The same by the frames around instead of the differences between them.
-fn by_frames([before, here, after]: [f64; 3]) -> [f64; 4] {
+/// The same by the samples around instead of the differences between them.
+fn by_samples([before, here, after]: [f64; 3]) -> [f64; 4] {
     [-before, before - here, here - after, after]
 }
 
@@ -85,7 +85,7 @@ struct Place {
 
 impl RateBounds {
     pub(crate) fn new(layout: &Layout, motion: &MotionProblem) -> Self {
-        let (n_frames, step) = (motion.timeline().n_frames(), motion.timeline().step_secs());
+        let (n_samples, step) = (motion.timeline().n_samples(), motion.timeline().step_secs());
         let bound = |limit: &RateLimit| {
             let m = layout.movers.iter().find(|m| m.joint == limit.joint)?;
             let is_meant = |k: &usize| m.is_translation(*k) == (limit.part == Part::Translation);
@@ -95,10 +95,10 @@ impl RateBounds {
             Some(Bound { limit: *limit, dofs, most, part: 1.0 - MARGIN })
         };
         let bounds: Vec<Bound> = motion.rate_limits().iter().filter_map(bound).collect();
-        let n_multipliers = bounds.len() * n_frames * MOST_POINTS;
+        let n_multipliers = bounds.len() * n_samples * MOST_POINTS;
         Self {
-            n_frames,
-            is_given: (0..n_frames).map(|t| motion.given(t).is_some()).collect(),
+            n_samples,
+            is_given: (0..n_samples).map(|t| motion.given(t).is_some()).collect(),
             bounds,
             multipliers: vec![0.0; n_multipliers],
             penalty: 0.0,
@@ -136,15 +136,15 @@ impl RateBounds {
         }
     }
 
-    /// Shows every point of every limit, for differences from frame to frame.
+    /// Shows every point of every limit, for differences from sample to sample.
     fn visit(&self, n: usize, first: &[f64], mut show: impl FnMut(&Bound, &Place)) {
-        let n_intervals = self.n_frames.saturating_sub(1);
+        let n_intervals = self.n_samples.saturating_sub(1);
         for (idx, bound) in self.bounds.iter().enumerate() {
             for interval in 0..n_intervals {
                 let (points, n_points) = points(bound.limit.rate, interval, n_intervals);
                 for (point, weights) in points.into_iter().enumerate().take(n_points) {
-                    let frames = (0..4).filter(|i| by_frames(weights)[*i] != 0.0);
-                    if frames.map(|i| interval + i - 1).all(|t| self.is_given[t]) {
+                    let samples = (0..4).filter(|i| by_samples(weights)[*i] != 0.0);
+                    if samples.map(|i| interval + i - 1).all(|t| self.is_given[t]) {
                         // What was given is not to be changed.
                         continue;
                     }
@@ -156,7 +156,7 @@ impl RateBounds {
                         }
                     }
                     let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
-                    let multiplier = (idx * self.n_frames + interval) * MOST_POINTS + point;
+                    let multiplier = (idx * self.n_samples + interval) * MOST_POINTS + point;
                     let most = bound.most * bound.part;
                     show(bound, &Place { multiplier, interval, weights, x, length, most });
                 }
@@ -180,7 +180,7 @@ impl RateBounds {
         cost
     }
 
-    /// Fills the curvature and adds half the gradient by the differences from frame to frame.
+    /// Fills the curvature and adds half the gradient by the differences from sample to sample.
     pub(crate) fn linearize(&mut self, n: usize, first: &[f64], pull: &mut [f64]) {
         if self.is_off() {
             return;
@@ -188,7 +188,7 @@ impl RateBounds {
         let (mut curvature, mut is_bent) =
             (std::mem::take(&mut self.curvature), std::mem::take(&mut self.is_bent));
         is_bent.fill(false);
-        curvature.clear(n, self.n_frames);
+        curvature.clear(n, self.n_samples);
         self.visit(n, first, |bound, place| {
             let push = self.push(place);
             if place.length == 0.0 || (push == 0.0 && place.length < NEAR * place.most) {
@@ -201,15 +201,15 @@ impl RateBounds {
                     pull[at + k] += w * along * x;
                 }
             }
-            let of_frames = by_frames(place.weights);
+            let of_samples = by_samples(place.weights);
             // Straight on μ counts, `x̂ x̂ᵀ`, which is at most the diagonal of `|x̂ₖ| Σ |x̂|`; sideways the push itself.
             let straight = 0.5 * self.penalty / (place.most * place.length).powi(2);
             let sum: f64 = place.x.iter().map(|x| x.abs()).sum();
             for (x, k) in place.x.iter().zip(bound.dofs.clone()) {
                 let bend = straight * x.abs() * sum + along;
                 is_bent[k] = true;
-                for (i, a) in of_frames.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-                    for (j, b) in of_frames.iter().enumerate().skip(i) {
+                for (i, a) in of_samples.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                    for (j, b) in of_samples.iter().enumerate().skip(i) {
                         curvature.add(place.interval + i - 1, j - i, k, bend * a * b);
                     }
                 }
@@ -251,7 +251,7 @@ mod tests {
             let mut pull = vec![0.0; first.len()];
             bounds.linearize(n, &first, &mut pull);
             assert!(pull.iter().any(|p| *p != 0.0) && bounds.is_bent.iter().any(|bent| *bent));
-            for i in 0..n * (bounds.n_frames - 1) {
+            for i in 0..n * (bounds.n_samples - 1) {
                 let (x, h) = (first[i], 1e-7);
                 let mut cost_at = |x: f64| {
                     first[i] = x;
@@ -275,9 +275,9 @@ mod tests {
             let mut case = case(number, true);
             case.state.evaluate(&case.layout, &case.motion);
             let rig = case.motion.rig().clone();
-            let n_frames = case.state.n_frames;
+            let n_samples = case.state.n_samples;
             let timeline = case.motion.timeline().clone();
-            let poses = (0..n_frames).map(|t| {
+            let poses = (0..n_samples).map(|t| {
                 let mut pose = rig.rest_pose();
                 case.state.store(&case.layout, t, &mut pose);
                 pose
@@ -293,7 +293,7 @@ mod tests {
             });
             for (idx, bound) in bounds.bounds.iter().enumerate() {
                 let joint = rig.get(bound.limit.joint).unwrap();
-                // Slopes are clipped to ranges and cones on the curve, which only the exact measuring sees; frames that
+                // Slopes are clipped to ranges and cones on the curve, which only the exact measuring sees; samples that
                 // are given count for nobody.
                 let is_plain =
                     joint.motion.cone().is_none() && joint.motion.ranges().iter().all(|r| r.is_unlimited());

@@ -9,7 +9,7 @@ use crate::objective::Unit;
 use crate::problem::Terms;
 use crate::report::{Invalid, PartReport, PartReports, StopReason};
 
-/// One term over all the frames at which it holds.
+/// One term over all the samples at which it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionTermReport {
     /// The objective's kind.
@@ -22,7 +22,7 @@ pub struct MotionTermReport {
     pub from_secs: f64,
     /// When it holds last, seconds.
     pub to_secs: f64,
-    /// Length of the first part's residual at the frame at which it is the longest, in `unit`.
+    /// Length of the first part's residual at the sample at which it is the longest, in `unit`.
     pub residual: f64,
     /// Unit of `residual`.
     pub unit: Unit,
@@ -30,9 +30,9 @@ pub struct MotionTermReport {
     pub worst_secs: f64,
     /// The longest residuals of its other parts, for objectives that have more than one.
     pub others: PartReports,
-    /// What the term adds to the cost, over all its frames.
+    /// What the term adds to the cost, over all its samples.
     pub cost: f64,
-    /// Whether every part is within its tolerance at every frame.
+    /// Whether every part is within its tolerance at every sample.
     pub satisfied: bool,
     /// Whether success asks for it.
     pub mandatory: bool,
@@ -42,7 +42,7 @@ pub struct MotionTermReport {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionReport {
     /// Whether the bar was met: a cost below `cost_below` where that is given, else every mandatory term within its
-    /// tolerance at each of its frames; and no limit on speed and acceleration exceeded.
+    /// tolerance at each of its samples; and no limit on speed and acceleration exceeded.
     pub success: bool,
     /// Why it ended.
     pub stop: StopReason,
@@ -59,8 +59,8 @@ pub struct MotionReport {
     /// The terms, in the order in which they were added.
     pub terms: Vec<MotionTermReport>,
     /// Limits on speed and acceleration that the motion does not keep, the worst first: only where no motion was found
-    /// that keeps them: frames that are given are too far apart or too fast, a ball is stopped at once by its cone, or
-    /// iterations or time ended before a history in full motion was led within its limits. Between frames of a history
+    /// that keeps them: samples that are given are too far apart or too fast, a ball is stopped at once by its cone, or
+    /// iterations or time ended before a history in full motion was led within its limits. Between samples of a history
     /// nothing is judged. Success asks for none.
     pub exceeded: Vec<RateExcess>,
     /// What was not usable, where `stop` is [`StopReason::InvalidInput`].
@@ -95,7 +95,7 @@ pub(crate) fn report_terms(
         .terms
         .iter()
         .map(|t| {
-            let (term, frames) = (&motion.terms().terms()[t.term], &motion.tracks()[t.term].frames);
+            let (term, samples) = (&motion.terms().terms()[t.term], &motion.tracks()[t.term].samples);
             let objective = &term.objective;
             let unit = |part: usize| layout.parts.get(part).map_or(Unit::Metres, |p| p.unit);
             let others = t.parts.clone().skip(1).map(|part| PartReport { residual: 0.0, unit: unit(part) });
@@ -103,11 +103,11 @@ pub(crate) fn report_terms(
                 kind: objective.kind(),
                 joint: objective.joints().first().or(joints_read(&**objective).first()).copied(),
                 weight: term.weight,
-                from_secs: timeline.time(frames.start),
-                to_secs: timeline.time(frames.end - 1),
+                from_secs: timeline.time(samples.start),
+                to_secs: timeline.time(samples.end - 1),
                 residual: 0.0,
                 unit: unit(t.parts.start),
-                worst_secs: timeline.time(frames.start),
+                worst_secs: timeline.time(samples.start),
                 others: PartReports::new(others),
                 cost: 0.0,
                 satisfied: true,
@@ -115,7 +115,7 @@ pub(crate) fn report_terms(
             }
         })
         .collect();
-    state.visit(layout, motion, |state, terms, frame| {
+    state.visit(layout, motion, |state, terms, sample| {
         for (t, report) in layout.terms.iter().zip(&mut reports).filter(|(t, _)| terms.is_on(t.term)) {
             let loss = terms.objective(t.term).loss();
             for (idx, part) in t.parts.clone().enumerate() {
@@ -127,7 +127,7 @@ pub(crate) fn report_terms(
                     let other = &mut report.others[idx - 1].residual;
                     *other = other.max(length);
                 } else if length > report.residual {
-                    (report.residual, report.worst_secs) = (length, timeline.time(frame));
+                    (report.residual, report.worst_secs) = (length, timeline.time(sample));
                 }
             }
         }

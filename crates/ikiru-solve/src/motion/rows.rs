@@ -1,14 +1,14 @@
-//! The residual rows of all frames at which something is wanted, and the small dense system over them.
+//! The residual rows of all samples at which something is wanted, and the small dense system over them.
 
 use std::ops::Range;
 
 use crate::layout::Layout;
 use crate::objective::Loss;
 
-/// The rows of one frame: `n_rows` from `first` on.
+/// The rows of one sample: `n_rows` from `first` on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Block {
-    pub(crate) frame: usize,
+    pub(crate) sample: usize,
     pub(crate) first: usize,
     pub(crate) n_rows: usize,
 }
@@ -27,13 +27,13 @@ pub(crate) struct RowPart {
 
 /// All rows of a motion, as of the last linearization.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct FrameRows {
+pub(crate) struct SampleRows {
     pub(crate) n_dofs: usize,
     pub(crate) blocks: Vec<Block>,
     pub(crate) parts: Vec<RowPart>,
     /// Scaled residuals.
     pub(crate) residual: Vec<f64>,
-    /// Row by row, by those degrees of freedom of the row's own frame that move it.
+    /// Row by row, by those degrees of freedom of the row's own sample that move it.
     jacobian: Vec<f64>,
     /// Which row of the layout each row is, and where its entries begin.
     of_layout: Vec<(usize, usize)>,
@@ -41,7 +41,7 @@ pub(crate) struct FrameRows {
     support: Vec<Vec<Range<usize>>>,
 }
 
-impl FrameRows {
+impl SampleRows {
     /// No rows yet, of a layout's degrees of freedom.
     pub(crate) fn new(layout: &Layout) -> Self {
         let mut support = vec![Vec::<Range<usize>>::new(); layout.n_rows];
@@ -107,13 +107,13 @@ impl FrameRows {
         })
     }
 
-    /// The product of one row with the tangent of its frame.
+    /// The product of one row with the tangent of its sample.
     #[inline]
     pub(crate) fn dot(&self, row: usize, x: &[f64]) -> f64 {
         self.runs(row).map(|(run, entries)| dot(entries, &x[run])).sum()
     }
 
-    /// Adds a multiple of one row to the tangent of its frame.
+    /// Adds a multiple of one row to the tangent of its sample.
     #[inline]
     pub(crate) fn add_row(&self, row: usize, factor: f64, x: &mut [f64]) {
         for (run, entries) in self.runs(row) {
@@ -123,11 +123,11 @@ impl FrameRows {
         }
     }
 
-    /// `y += J x`, `x` being the tangents of all frames.
+    /// `y += J x`, `x` being the tangents of all samples.
     pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64]) {
         let n = self.n_dofs;
         for block in &self.blocks {
-            let x = &x[block.frame * n..(block.frame + 1) * n];
+            let x = &x[block.sample * n..(block.sample + 1) * n];
             for row in block.first..block.first + block.n_rows {
                 y[row] += self.dot(row, x);
             }
@@ -138,7 +138,7 @@ impl FrameRows {
     pub(crate) fn add_transposed(&self, y: &[f64], x: &mut [f64]) {
         let n = self.n_dofs;
         for block in &self.blocks {
-            let x = &mut x[block.frame * n..(block.frame + 1) * n];
+            let x = &mut x[block.sample * n..(block.sample + 1) * n];
             for row in block.first..block.first + block.n_rows {
                 self.add_row(row, y[row], x);
             }

@@ -1,6 +1,6 @@
 //! Smoothness of orders 1 to 3 on the manifold (equation 25), for whatever joints do.
 //!
-//! The first difference of a joint is the tangent from one frame's value to the next (for balls the rotation vector
+//! The first difference of a joint is the tangent from one sample's value to the next (for balls the rotation vector
 //! in the joint's own axes); the second and third are differences of those.
 
 use glam::DVec3;
@@ -16,12 +16,12 @@ struct End {
     bends_alone: bool,
 }
 
-/// Memory for differences over time: `n_frames × n_dofs` numbers each, frame by frame.
+/// Memory for differences over time: `n_samples × n_dofs` numbers each, sample by sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Smoothness {
     /// Weights of the three orders, for each degree of freedom.
     pub(crate) weights: Vec<[f64; 3]>,
-    /// Whether the motion is at rest before its first and behind its last frame.
+    /// Whether the motion is at rest before its first and behind its last sample.
     pub(crate) at_rest: [bool; 2],
     first: Vec<f64>,
     second: Vec<f64>,
@@ -29,17 +29,17 @@ pub(crate) struct Smoothness {
 }
 
 impl Smoothness {
-    pub(crate) fn new(weights: Vec<[f64; 3]>, at_rest: [bool; 2], n_frames: usize) -> Self {
-        let n = weights.len() * n_frames;
+    pub(crate) fn new(weights: Vec<[f64; 3]>, at_rest: [bool; 2], n_samples: usize) -> Self {
+        let n = weights.len() * n_samples;
         Self { weights, at_rest, first: vec![0.0; n], second: vec![0.0; n], third: vec![0.0; n] }
     }
 
-    /// The cost of each order, at the coordinates of all frames (`n_frames × n_coords`).
+    /// The cost of each order, at the coordinates of all samples (`n_samples × n_coords`).
     pub(crate) fn cost(&mut self, layout: &Layout, coords: &[f64]) -> [f64; 3] {
         let (n, nc) = (layout.n_dofs, layout.n_coords);
-        let n_frames = self.first.len().checked_div(n).unwrap_or(0);
+        let n_samples = self.first.len().checked_div(n).unwrap_or(0);
         let mut cost = [0.0; 3];
-        for t in 0..n_frames.saturating_sub(1) {
+        for t in 0..n_samples.saturating_sub(1) {
             let (from, to) = (&coords[t * nc..(t + 1) * nc], &coords[(t + 1) * nc..(t + 2) * nc]);
             let first = &mut self.first[t * n..(t + 1) * n];
             for m in &layout.movers {
@@ -53,16 +53,16 @@ impl Smoothness {
                 to[i] = from[i + n] - from[i];
             }
         };
-        differ(&self.first, &mut self.second, n_frames.saturating_sub(2));
-        differ(&self.second, &mut self.third, n_frames.saturating_sub(3));
+        differ(&self.first, &mut self.second, n_samples.saturating_sub(2));
+        differ(&self.second, &mut self.third, n_samples.saturating_sub(3));
         for (order, values) in [&self.first, &self.second, &self.third].into_iter().enumerate() {
-            for t in 0..n_frames.saturating_sub(order + 1) {
+            for t in 0..n_samples.saturating_sub(order + 1) {
                 for k in 0..n {
                     cost[order] += self.weights[k][order] * values[t * n + k] * values[t * n + k];
                 }
             }
         }
-        for end in self.ends(n, n_frames) {
+        for end in self.ends(n, n_samples) {
             for (k, [_, acceleration, jerk]) in self.weights.iter().enumerate() {
                 let (step, bend) = self.at_end(end, n, k);
                 cost[1] += acceleration * step * step;
@@ -73,13 +73,13 @@ impl Smoothness {
     }
 
     /// The ends at which the motion is at rest.
-    fn ends(&self, n: usize, n_frames: usize) -> impl Iterator<Item = End> + use<> {
-        let last = n_frames.saturating_sub(2);
+    fn ends(&self, n: usize, n_samples: usize) -> impl Iterator<Item = End> + use<> {
+        let last = n_samples.saturating_sub(2);
         // A single step between two ends at rest bends once.
         let bends_alone = last == 0 && self.at_rest == [true; 2];
         let first = End { step: 0, next: (last > 0).then_some(1), bends_alone };
         let other = End { step: last, next: last.checked_sub(1), bends_alone: false };
-        let is_there = n > 0 && n_frames >= 2;
+        let is_there = n > 0 && n_samples >= 2;
         [first, other]
             .into_iter()
             .zip(self.at_rest)
@@ -101,8 +101,8 @@ impl Smoothness {
     /// Adds half the gradient of what is at rest by the first differences, as of the last [`cost`](Self::cost).
     pub(crate) fn add_rest_pull(&self, pull: &mut [f64]) {
         let n = self.weights.len();
-        let n_frames = self.first.len().checked_div(n).unwrap_or(0);
-        for end in self.ends(n, n_frames) {
+        let n_samples = self.first.len().checked_div(n).unwrap_or(0);
+        for end in self.ends(n, n_samples) {
             for (k, [_, acceleration, jerk]) in self.weights.iter().enumerate() {
                 let (step, bend) = self.at_end(end, n, k);
                 pull[end.step * n + k] += (acceleration + jerk) * step - 2.0 * jerk * bend;
@@ -113,38 +113,38 @@ impl Smoothness {
         }
     }
 
-    /// The differences from frame to frame, as of the last [`cost`](Self::cost).
+    /// The differences from sample to sample, as of the last [`cost`](Self::cost).
     pub(crate) fn first(&self) -> &[f64] {
         &self.first
     }
 
-    /// Adds half the gradient by the tangents of all frames, as of the last [`cost`](Self::cost); `beside` is half that
+    /// Adds half the gradient by the tangents of all samples, as of the last [`cost`](Self::cost); `beside` is half that
     /// of everything else by the first differences, [rest at the ends](Self::add_rest_pull) among it.
     pub(crate) fn add_half_gradient(&mut self, layout: &Layout, beside: &[f64], gradient: &mut [f64]) {
         let n = layout.n_dofs;
-        let n_frames = self.first.len().checked_div(n).unwrap_or(0);
-        if n_frames < 2 {
+        let n_samples = self.first.len().checked_div(n).unwrap_or(0);
+        if n_samples < 2 {
             return;
         }
         // Half the gradient by the first differences, which takes the place of the weighted differences.
         let w = &self.weights;
-        for i in 0..n_frames.saturating_sub(3) * n {
+        for i in 0..n_samples.saturating_sub(3) * n {
             self.third[i] *= w[i % n][2];
         }
-        for t in 0..n_frames.saturating_sub(2) {
+        for t in 0..n_samples.saturating_sub(2) {
             for k in 0..n {
                 let i = t * n + k;
-                let after = if t + 3 < n_frames { self.third[i] } else { 0.0 };
+                let after = if t + 3 < n_samples { self.third[i] } else { 0.0 };
                 let before = if t > 0 { self.third[i - n] } else { 0.0 };
                 self.second[i] = w[k][1] * self.second[i] + before - after;
             }
         }
-        for t in 0..n_frames - 1 {
+        for t in 0..n_samples - 1 {
             for m in &layout.movers {
                 let mut pull = [0.0; 6];
                 for j in 0..m.n_dofs {
                     let (k, i) = (m.dof + j, t * n + m.dof + j);
-                    let after = if t + 2 < n_frames { self.second[i] } else { 0.0 };
+                    let after = if t + 2 < n_samples { self.second[i] } else { 0.0 };
                     let before = if t > 0 { self.second[i - n] } else { 0.0 };
                     pull[j] = w[k][0] * self.first[i] + before - after + beside[i];
                 }
@@ -198,24 +198,24 @@ mod tests {
             let joints: Vec<_> = problem.active().collect();
             problem.add(1.0, RestPose::new(&joints, rig.rest_pose()));
             let layout = Layout::new(&problem);
-            let n_frames = 2 + random.below(5);
+            let n_samples = 2 + random.below(5);
             let (n, nc) = (layout.n_dofs, layout.n_coords);
             let weights = (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();
             let mut coords = Vec::new();
-            for _ in 0..n_frames {
+            for _ in 0..n_samples {
                 let pose = random_pose(&rig, &mut random);
                 for m in &layout.movers {
                     coords.extend_from_slice(&pose.coords()[m.pose_coord..m.pose_coord + m.n_coords]);
                 }
             }
             let at_rest = [random.below(2) == 0, random.below(2) == 0];
-            let mut smoothness = Smoothness::new(weights, at_rest, n_frames);
+            let mut smoothness = Smoothness::new(weights, at_rest, n_samples);
             smoothness.cost(&layout, &coords);
-            let mut gradient = vec![0.0; n * n_frames];
-            let mut beside = vec![0.0; n * n_frames];
+            let mut gradient = vec![0.0; n * n_samples];
+            let mut beside = vec![0.0; n * n_samples];
             smoothness.add_rest_pull(&mut beside);
             smoothness.add_half_gradient(&layout, &beside, &mut gradient);
-            for t in 0..n_frames {
+            for t in 0..n_samples {
                 for m in &layout.movers {
                     for j in 0..m.n_dofs {
                         let mut at = |h: f64| {
@@ -233,7 +233,7 @@ mod tests {
                         let h = 1e-6;
                         let numeric = (at(h) - at(-h)) / (4.0 * h);
                         let exact = gradient[t * n + m.dof + j];
-                        // Half a turn between frames is a corner of the distance: random poses come near it.
+                        // Half a turn between samples is a corner of the distance: random poses come near it.
                         let near = (numeric - exact).abs() < 1e-5 * (1.0 + exact.abs());
                         assert!(near, "case {case}: {numeric} is not {exact}");
                     }

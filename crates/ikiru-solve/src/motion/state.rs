@@ -1,12 +1,12 @@
-//! The state of a motion while it is solved: the coordinates of all frames, and their linearization.
+//! The state of a motion while it is solved: the coordinates of all samples, and their linearization.
 
 use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
 
 use crate::layout::Layout;
-use crate::motion::frame_terms::FrameTerms;
 use crate::motion::problem::MotionProblem;
 use crate::motion::rate_bounds::RateBounds;
-use crate::motion::rows::{Block, FrameRows, RowPart};
+use crate::motion::rows::{Block, RowPart, SampleRows};
+use crate::motion::sample_terms::SampleTerms;
 use crate::motion::smoothness::Smoothness;
 use crate::motion::spacing::Spacing;
 use crate::problem::Terms;
@@ -15,17 +15,17 @@ use crate::state::State;
 /// Everything that changes while a motion is solved.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotionState {
-    pub(crate) n_frames: usize,
-    /// The coordinates of what moves, frame by frame.
+    pub(crate) n_samples: usize,
+    /// The coordinates of what moves, sample by sample.
     pub(crate) coords: Vec<f64>,
-    /// Whether a frame is given.
+    /// Whether a sample is given.
     pub(crate) is_given: Vec<bool>,
-    /// Frames of which a term wants something, in order.
+    /// Samples of which a term wants something, in order.
     pub(crate) keyed: Vec<usize>,
-    /// Frames at which terms hold that given frames settle.
+    /// Samples at which terms hold that given samples settle.
     settled: Vec<usize>,
-    pub(crate) rows: FrameRows,
-    /// Half the gradient of the joint rows, of smoothness, spacing and limits on rates, by the tangents of all frames.
+    pub(crate) rows: SampleRows,
+    /// Half the gradient of the joint rows, of smoothness, spacing and limits on rates, by the tangents of all samples.
     pub(crate) gradient: Vec<f64>,
     /// The curvature of the joint rows.
     pub(crate) curvature: Vec<f64>,
@@ -37,97 +37,97 @@ pub(crate) struct MotionState {
     pub(crate) spacing: Spacing,
     pub(crate) spacing_cost: f64,
     pub(crate) rate_bounds: RateBounds,
-    /// Half the gradient of what reads the differences from frame to frame, by those.
+    /// Half the gradient of what reads the differences from sample to sample, by those.
     pull: Vec<f64>,
-    pub(crate) frame: State,
-    /// The frame at which `frame` was evaluated last.
+    pub(crate) sample: State,
+    /// The sample at which `sample` was evaluated last.
     evaluated: Option<usize>,
 }
 
 impl MotionState {
     pub(crate) fn new(layout: &Layout, motion: &MotionProblem) -> Self {
-        let n_frames = motion.timeline().n_frames();
-        let n = layout.n_dofs * n_frames;
+        let n_samples = motion.timeline().n_samples();
+        let n = layout.n_dofs * n_samples;
         let weights =
             layout.movers.iter().flat_map(|m| vec![motion.smoothness_of(m.joint); m.n_dofs]).collect();
         let n_terms = motion.tracks().len();
-        let keyed = (0..n_frames).filter(|t| (0..n_terms).any(|term| motion.wants(term, *t)));
-        let settled = (0..n_frames).filter(|t| (0..n_terms).any(|term| motion.settles(term, *t)));
+        let keyed = (0..n_samples).filter(|t| (0..n_terms).any(|term| motion.wants(term, *t)));
+        let settled = (0..n_samples).filter(|t| (0..n_terms).any(|term| motion.settles(term, *t)));
         Self {
-            n_frames,
-            coords: vec![0.0; layout.n_coords * n_frames],
-            is_given: (0..n_frames).map(|t| motion.given(t).is_some()).collect(),
+            n_samples,
+            coords: vec![0.0; layout.n_coords * n_samples],
+            is_given: (0..n_samples).map(|t| motion.given(t).is_some()).collect(),
             keyed: keyed.collect(),
             settled: settled.collect(),
-            rows: FrameRows::new(layout),
+            rows: SampleRows::new(layout),
             gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             cost_beside_rows: 0.0,
-            smoothness: Smoothness::new(weights, motion.at_rest(), n_frames),
+            smoothness: Smoothness::new(weights, motion.at_rest(), n_samples),
             smoothness_cost: [0.0; 3],
             spacing: Spacing::new(motion.even_spacing()),
             spacing_cost: 0.0,
             rate_bounds: RateBounds::new(layout, motion),
             pull: vec![0.0; n],
-            frame: State::new(layout),
+            sample: State::new(layout),
             evaluated: None,
         }
     }
 
-    /// Takes over the pose of one frame, inside its limits; false where its numbers are not usable.
+    /// Takes over the pose of one sample, inside its limits; false where its numbers are not usable.
     pub(crate) fn load(&mut self, layout: &Layout, t: usize, pose: &Pose) -> bool {
-        if !self.frame.load(layout, pose) {
+        if !self.sample.load(layout, pose) {
             return false;
         }
         self.evaluated = None;
         if !self.is_given[t] {
-            self.frame.project(layout);
+            self.sample.project(layout);
         }
         let nc = layout.n_coords;
-        self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.frame.coords[..nc]);
+        self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.sample.coords[..nc]);
         true
     }
 
-    /// Writes one frame into a pose.
+    /// Writes one sample into a pose.
     pub(crate) fn store(&mut self, layout: &Layout, t: usize, pose: &mut Pose) {
         self.enter(layout, t);
-        self.frame.store(layout, pose);
+        self.sample.store(layout, pose);
     }
 
     fn enter(&mut self, layout: &Layout, t: usize) {
         let nc = layout.n_coords;
-        self.frame.coords[..nc].copy_from_slice(&self.coords[t * nc..(t + 1) * nc]);
-        self.frame.forget_constants();
+        self.sample.coords[..nc].copy_from_slice(&self.coords[t * nc..(t + 1) * nc]);
+        self.sample.forget_constants();
         self.evaluated = None;
     }
 
-    /// Evaluates what is wanted of one frame; the answer is its cost.
-    fn evaluate_frame(&mut self, layout: &Layout, motion: &MotionProblem, t: usize) -> f64 {
+    /// Evaluates what is wanted of one sample; the answer is its cost.
+    fn evaluate_sample(&mut self, layout: &Layout, motion: &MotionProblem, t: usize) -> f64 {
         self.enter(layout, t);
-        let cost = self.frame.evaluate(layout, &motion.at(t));
+        let cost = self.sample.evaluate(layout, &motion.at(t));
         self.evaluated = Some(t);
         cost
     }
 
-    /// The cost of the terms that given frames settle. It is a constant of the motion, which [`evaluate`](Self::evaluate)
+    /// The cost of the terms that given samples settle. It is a constant of the motion, which [`evaluate`](Self::evaluate)
     /// leaves out: what no step can change must not say how much a step is worth.
     pub(crate) fn settled_cost(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
         let mut cost = 0.0;
         for i in 0..self.settled.len() {
             let t = self.settled[i];
             self.enter(layout, t);
-            cost += self.frame.evaluate(layout, &motion.settled_at(t));
+            cost += self.sample.evaluate(layout, &motion.settled_at(t));
         }
         cost
     }
 
-    /// Evaluates one frame after the other at which terms hold, and shows each with its terms: what is wanted of it,
+    /// Evaluates one sample after the other at which terms hold, and shows each with its terms: what is wanted of it,
     /// or what is settled there. Ends early where `see` says false.
     pub(crate) fn visit(
         &mut self,
         layout: &Layout,
         motion: &MotionProblem,
-        mut see: impl FnMut(&State, &FrameTerms<'_>, usize) -> bool,
+        mut see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
     ) {
         let n_keyed = self.keyed.len();
         for i in 0..n_keyed + self.settled.len() {
@@ -139,8 +139,8 @@ impl MotionState {
                 (t, motion.settled_at(t))
             };
             self.enter(layout, t);
-            self.frame.evaluate(layout, &terms);
-            if !see(&self.frame, &terms, t) {
+            self.sample.evaluate(layout, &terms);
+            if !see(&self.sample, &terms, t) {
                 return;
             }
         }
@@ -151,12 +151,12 @@ impl MotionState {
     pub(crate) fn evaluate(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
         let mut cost = 0.0;
         for i in 0..self.keyed.len() {
-            cost += self.evaluate_frame(layout, motion, self.keyed[i]);
+            cost += self.evaluate_sample(layout, motion, self.keyed[i]);
         }
         self.smoothness_cost = self.smoothness.cost(layout, &self.coords);
         cost += self.smoothness_cost.iter().sum::<f64>();
         let (n, first) = (layout.n_dofs, self.smoothness.first());
-        self.spacing_cost = self.spacing.cost(n, first, self.n_frames);
+        self.spacing_cost = self.spacing.cost(n, first, self.n_samples);
         cost += self.spacing_cost + self.rate_bounds.cost(n, first);
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
@@ -179,45 +179,45 @@ impl MotionState {
             let t = self.keyed[i];
             // One key alone is still what was evaluated.
             if self.evaluated != Some(t) {
-                self.evaluate_frame(layout, motion, t);
+                self.evaluate_sample(layout, motion, t);
             }
             let terms = motion.at(t);
-            self.frame.linearize(layout, &terms, false);
+            self.sample.linearize(layout, &terms, false);
             for k in 0..n {
-                self.gradient[t * n + k] += self.frame.joint_gradient[k];
-                self.curvature[t * n + k] += self.frame.joint_curvature[k];
+                self.gradient[t * n + k] += self.sample.joint_gradient[k];
+                self.curvature[t * n + k] += self.sample.joint_curvature[k];
             }
             self.push_rows(layout, &terms, t);
         }
     }
 
-    /// Copies the rows of the frame that was linearized.
+    /// Copies the rows of the sample that was linearized.
     fn push_rows(&mut self, layout: &Layout, terms: &impl Terms, t: usize) {
-        let first_of_frame = self.rows.n_rows();
+        let first_of_sample = self.rows.n_rows();
         for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
             let (weight, loss) = (terms.weight(term.term), terms.objective(term.term).loss());
             let mut row = term.rows.start;
             for part in term.parts.clone() {
-                let scale = self.frame.weights[part];
+                let scale = self.sample.weights[part];
                 if part >= term.joint_parts().start {
-                    self.cost_beside_rows += weight * loss.cost(self.frame.squares[part]);
+                    self.cost_beside_rows += weight * loss.cost(self.sample.squares[part]);
                     continue;
                 }
                 let n_rows = layout.parts[part].n_rows;
                 let first = self.rows.n_rows();
                 self.rows.parts.push(RowPart { first, n_rows, term_weight: weight, loss, weight: scale });
                 for r in row..row + n_rows {
-                    self.rows.push(r, self.frame.scaled[r], |k| {
+                    self.rows.push(r, self.sample.scaled[r], |k| {
                         let span = &layout.spans[k];
-                        self.frame.jacobian[span.start + r - span.first]
+                        self.sample.jacobian[span.start + r - span.first]
                     });
                 }
                 row += n_rows;
             }
         }
-        let n_rows = self.rows.n_rows() - first_of_frame;
+        let n_rows = self.rows.n_rows() - first_of_sample;
         if n_rows > 0 {
-            self.rows.blocks.push(Block { frame: t, first: first_of_frame, n_rows });
+            self.rows.blocks.push(Block { sample: t, first: first_of_sample, n_rows });
         }
     }
 
@@ -233,7 +233,7 @@ impl MotionState {
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
             if self.evaluated != Some(t) {
-                self.evaluate_frame(layout, motion, t);
+                self.evaluate_sample(layout, motion, t);
             }
             let terms = motion.at(t);
             for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
@@ -241,7 +241,7 @@ impl MotionState {
                 for part in term.frame_parts() {
                     let scale = self.rows.parts[part_idx].weight.sqrt();
                     let n_rows = layout.parts[part].n_rows;
-                    residual.extend(self.frame.residual[row..row + n_rows].iter().map(|r| r * scale));
+                    residual.extend(self.sample.residual[row..row + n_rows].iter().map(|r| r * scale));
                     row += n_rows;
                     part_idx += 1;
                 }
@@ -249,11 +249,11 @@ impl MotionState {
         }
     }
 
-    /// `coords := project(from ⊕ tangents)` for all frames that are not given.
+    /// `coords := project(from ⊕ tangents)` for all samples that are not given.
     pub(crate) fn step(&mut self, layout: &Layout, from: &[f64], tangents: &[f64]) {
         let (n, nc) = (layout.n_dofs, layout.n_coords);
         self.evaluated = None;
-        for t in 0..self.n_frames {
+        for t in 0..self.n_samples {
             let coords = &mut self.coords[t * nc..(t + 1) * nc];
             coords.copy_from_slice(&from[t * nc..(t + 1) * nc]);
             if self.is_given[t] {
@@ -268,7 +268,7 @@ impl MotionState {
         }
     }
 
-    /// Sets the frames between two others on the way from one to the other, at even distances.
+    /// Sets the samples between two others on the way from one to the other, at even distances.
     pub(crate) fn interpolate(&mut self, layout: &Layout, from: usize, to: usize) {
         let nc = layout.n_coords;
         for t in from + 1..to {
@@ -277,7 +277,7 @@ impl MotionState {
             }
             let part = (t - from) as f64 / (to - from) as f64;
             for m in &layout.movers {
-                let of = |frame: usize| frame * nc + m.coord..frame * nc + m.coord + m.n_coords;
+                let of = |sample: usize| sample * nc + m.coord..sample * nc + m.coord + m.n_coords;
                 let mut way = [0.0; 6];
                 let way = &mut way[..m.n_dofs];
                 difference_joint(&m.motion, &self.coords[of(from)], &self.coords[of(to)], way);
@@ -291,17 +291,17 @@ impl MotionState {
         self.evaluated = None;
     }
 
-    /// Whether every mandatory term is within its tolerance at each of the frames of which it wants something.
+    /// Whether every mandatory term is within its tolerance at each of the samples of which it wants something.
     pub(crate) fn is_satisfied(&mut self, layout: &Layout, motion: &MotionProblem) -> bool {
         self.unsatisfied(layout, motion, |term| !motion.is_settled(term)).is_none()
     }
 
-    /// The first mandatory term that given frames settle and do not meet.
+    /// The first mandatory term that given samples settle and do not meet.
     pub(crate) fn conflict(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
         self.unsatisfied(layout, motion, |term| motion.is_settled(term))
     }
 
-    /// The first mandatory term of some that is not within its tolerance at one of its frames.
+    /// The first mandatory term of some that is not within its tolerance at one of its samples.
     fn unsatisfied(
         &mut self,
         layout: &Layout,
@@ -309,23 +309,23 @@ impl MotionState {
         is_meant: impl Fn(usize) -> bool,
     ) -> Option<usize> {
         let mut unmet = None;
-        self.visit(layout, motion, |frame, terms, _| {
+        self.visit(layout, motion, |sample, terms, _| {
             let mut on = layout.terms.iter().filter(|t| is_meant(t.term) && terms.is_on(t.term));
             unmet = on.find(|t| {
                 let data = &motion.terms().terms()[t.term];
-                data.counts() && !frame.is_within(layout, t, &data.tolerance)
+                data.counts() && !sample.is_within(layout, t, &data.tolerance)
             });
             unmet.is_none()
         });
         unmet.map(|t| t.term)
     }
 
-    /// The first term whose residual is not finite at one of its frames.
+    /// The first term whose residual is not finite at one of its samples.
     pub(crate) fn not_finite(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
         let mut bad = None;
-        self.visit(layout, motion, |frame, terms, _| {
+        self.visit(layout, motion, |sample, terms, _| {
             let mut on = layout.terms.iter().filter(|t| terms.is_on(t.term));
-            bad = on.find(|t| t.parts.clone().any(|part| !frame.squares[part].is_finite()));
+            bad = on.find(|t| t.parts.clone().any(|part| !sample.squares[part].is_finite()));
             bad.is_none()
         });
         bad.map(|t| t.term)
@@ -348,7 +348,7 @@ mod tests {
             case.state.rows.add_transposed(&case.state.rows.residual, &mut gradient);
             let (n, nc, h) = (layout.n_dofs, layout.n_coords, 1e-6);
             let start = case.state.coords.clone();
-            for t in 0..case.state.n_frames {
+            for t in 0..case.state.n_samples {
                 for m in &layout.movers {
                     for k in 0..m.n_dofs {
                         let mut cost_at = |way: f64| {
@@ -363,7 +363,7 @@ mod tests {
                         let numeric = (cost_at(h) - cost_at(-h)) / (4.0 * h);
                         let exact = gradient[t * n + m.dof + k];
                         let near = (numeric - exact).abs() < 2e-5 * (1.0 + exact.abs());
-                        assert!(near, "case {number}, frame {t}: {numeric} is not {exact}");
+                        assert!(near, "case {number}, sample {t}: {numeric} is not {exact}");
                     }
                 }
             }
@@ -386,7 +386,7 @@ mod tests {
             let mut residual_at = |sign: f64| {
                 // Not `step`: limits must not hold the difference back.
                 case.state.coords.copy_from_slice(&start);
-                for t in 0..case.state.n_frames {
+                for t in 0..case.state.n_samples {
                     for m in &layout.movers {
                         let at = t * layout.n_coords + m.coord;
                         let dofs = t * layout.n_dofs + m.dof;

@@ -3,7 +3,7 @@
 
 use crate::layout::Layout;
 use crate::motion::cones::Cones;
-use crate::motion::rows::FrameRows;
+use crate::motion::rows::SampleRows;
 use crate::motion::state::MotionState;
 use crate::motion::system::{MOST_DIRECT_ROWS, System};
 
@@ -12,10 +12,10 @@ pub(crate) const ON_LIMIT: f64 = 1e-9;
 /// Rounds of finding limits that a step would cross, holding those and solving again.
 const MOST_ROUNDS: usize = 4;
 
-/// Memory of the step, and the step itself in `delta`, frame by frame.
+/// Memory of the step, and the step itself in `delta`, sample by sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotionStep {
-    n_frames: usize,
+    n_samples: usize,
     n_dofs: usize,
     system: System,
     /// Half the gradient of the whole cost.
@@ -26,7 +26,7 @@ pub(crate) struct MotionStep {
     cones: Cones,
     pub(crate) delta: Vec<f64>,
     /// The rows of the state, and those of cones.
-    rows: FrameRows,
+    rows: SampleRows,
     /// The largest curvature of the linearization, which rows of cones are stiff beside.
     stiffness: f64,
     residual: Vec<f64>,
@@ -35,10 +35,10 @@ pub(crate) struct MotionStep {
 
 impl MotionStep {
     pub(crate) fn new(layout: &Layout, state: &MotionState) -> Self {
-        let n = layout.n_dofs * state.n_frames;
-        let mut rows = FrameRows::new(layout);
+        let n = layout.n_dofs * state.n_samples;
+        let mut rows = SampleRows::new(layout);
         Self {
-            n_frames: state.n_frames,
+            n_samples: state.n_samples,
             n_dofs: layout.n_dofs,
             system: System::new(layout, state),
             gradient: vec![0.0; n],
@@ -60,7 +60,7 @@ impl MotionStep {
         self.cones.begin(layout, state, &self.gradient);
         self.stiffness = self.scale(state);
         let mut largest = 0.0_f64;
-        for t in 0..self.n_frames {
+        for t in 0..self.n_samples {
             for k in 0..n {
                 let (g, idx) = (self.gradient[t * n + k], t * n + k);
                 let x = state.coords[t * nc + layout.coord_of_dof[k]];
@@ -76,7 +76,7 @@ impl MotionStep {
         largest
     }
 
-    /// The largest curvature along one degree of freedom of one frame, by which damping is measured.
+    /// The largest curvature along one degree of freedom of one sample, by which damping is measured.
     pub(crate) fn scale(&self, state: &MotionState) -> f64 {
         self.system.scale(state)
     }
@@ -149,7 +149,7 @@ impl MotionStep {
     fn hold_crossed(&mut self, layout: &Layout, state: &MotionState) -> bool {
         let (n, nc) = (self.n_dofs, layout.n_coords);
         let mut crossed = false;
-        for t in 0..self.n_frames {
+        for t in 0..self.n_samples {
             for k in 0..n {
                 let idx = t * n + k;
                 if !self.open[idx] {
@@ -170,7 +170,7 @@ impl MotionStep {
     fn clamp(&mut self, layout: &Layout, state: &MotionState) {
         let (n, nc) = (self.n_dofs, layout.n_coords);
         self.cones.clamp(&mut self.delta);
-        for t in (0..self.n_frames).filter(|t| !state.is_given[*t]) {
+        for t in (0..self.n_samples).filter(|t| !state.is_given[*t]) {
             for k in 0..n {
                 let x = state.coords[t * nc + layout.coord_of_dof[k]];
                 let delta = &mut self.delta[t * n + k];
@@ -237,7 +237,7 @@ mod tests {
                 assert!(predicted < cost * (1.0 + 1e-12), "case {number}: {predicted} from {cost}");
                 let slope: f64 = step.gradient.iter().zip(&step.delta).map(|(g, d)| g * d).sum();
                 assert!(slope < 0.0, "case {number}: {slope}");
-                for t in 0..case.state.n_frames {
+                for t in 0..case.state.n_samples {
                     for k in 0..layout.n_dofs {
                         let (delta, idx) = (step.delta[t * layout.n_dofs + k], t * layout.n_dofs + k);
                         assert!(!case.state.is_given[t] || delta == 0.0);
@@ -247,10 +247,10 @@ mod tests {
                         n_held += usize::from(!step.open[idx] && !case.state.is_given[t]);
                     }
                 }
-                // Cones are boxes in the tangent spaces of their balls, each at its own frame.
+                // Cones are boxes in the tangent spaces of their balls, each at its own sample.
                 for m in layout.movers.iter().filter(|m| m.motion.cone().is_some()) {
                     let cone = m.motion.cone().unwrap();
-                    for t in (0..case.state.n_frames).filter(|t| !case.state.is_given[*t]) {
+                    for t in (0..case.state.n_samples).filter(|t| !case.state.is_given[*t]) {
                         let at = t * layout.n_coords + m.coord + m.n_coords - 4;
                         let q = glam::DQuat::from_slice(&case.state.coords[at..at + 4]);
                         let limits = cone.tangent_box(q);

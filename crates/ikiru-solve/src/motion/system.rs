@@ -1,17 +1,17 @@
 //! The linear system of a step of a motion, its structure in time exploited.
 //!
-//! Smoothness couples a degree of freedom with itself only, over at most three frames: for each there is one banded
-//! matrix `A` over time, factored in a time that is linear in frames. Rows `J` exist at the frames at which something is
+//! Smoothness couples a degree of freedom with itself only, over at most three samples: for each there is one banded
+//! matrix `A` over time, factored in a time that is linear in samples. Rows `J` exist at the samples at which something is
 //! wanted, so that with few of them the step is solved over rows: `(J A⁻¹ Jᵀ + I) y = r − J A⁻¹ g`,
-//! `δ = −A⁻¹ (g + Jᵀ y)`. Frames that are given, and what a limit holds back, take no part.
+//! `δ = −A⁻¹ (g + Jᵀ y)`. Samples that are given, and what a limit holds back, take no part.
 //!
-//! Damping is by the speed of the step rather than by its length: frames between two keys then follow the keys
+//! Damping is by the speed of the step rather than by its length: samples between two keys then follow the keys
 //! whatever the damping, which only shortens the step as a whole.
 
 use crate::layout::Layout;
 use crate::motion::banded::Banded;
 use crate::motion::iterative::Iterative;
-use crate::motion::rows::{FrameRows, dot, factor_dense, solve_dense};
+use crate::motion::rows::{SampleRows, dot, factor_dense, solve_dense};
 use crate::motion::state::MotionState;
 
 /// Up to here the step is solved over rows; more would be a matrix too large.
@@ -22,20 +22,20 @@ pub(crate) const MOST_DIRECT_ROWS: usize = 600;
 pub(crate) struct System {
     /// [`MOST_DIRECT_ROWS`], but for tests that want the other way.
     most_direct_rows: usize,
-    n_frames: usize,
+    n_samples: usize,
     n_dofs: usize,
     /// Smoothness matrices by distinct weights, and which one each degree of freedom has.
     classes: Vec<Banded>,
     class_of: Vec<usize>,
     /// The matrix of the squared speed, by which steps are damped.
     speed: Banded,
-    /// How long a stretch of time one key moves (frames), and the damping of a shift of all frames.
+    /// How long a stretch of time one key moves (samples), and the damping of a shift of all samples.
     stretch: f64,
     shift: f64,
     /// Factors of the matrices of classes, then of those degrees of freedom that have their own.
     factors: Vec<Banded>,
     factor_of: Vec<usize>,
-    /// `(A⁻¹)` at pairs of frames with rows, for each factor.
+    /// `(A⁻¹)` at pairs of samples with rows, for each factor.
     inverses: Vec<Vec<f64>>,
     columns: Vec<f64>,
     right: Vec<f64>,
@@ -47,7 +47,7 @@ pub(crate) struct System {
 
 impl System {
     pub(crate) fn new(layout: &Layout, state: &MotionState) -> Self {
-        let (n, n_frames) = (layout.n_dofs, state.n_frames);
+        let (n, n_samples) = (layout.n_dofs, state.n_samples);
         let mut distinct: Vec<[f64; 3]> = Vec::new();
         let class_of = state.smoothness.weights.iter().map(|w| {
             distinct.iter().position(|d| d == w).unwrap_or_else(|| {
@@ -60,28 +60,28 @@ impl System {
         let n_free = state.is_given.iter().filter(|given| !**given).count() as f64;
         Self {
             most_direct_rows: MOST_DIRECT_ROWS,
-            n_frames,
+            n_samples,
             n_dofs: n,
             classes: distinct
                 .into_iter()
-                .map(|weights| Banded::smoothness_at_rest(n_frames, weights, state.smoothness.at_rest))
+                .map(|weights| Banded::smoothness_at_rest(n_samples, weights, state.smoothness.at_rest))
                 .collect(),
             class_of,
-            speed: Banded::smoothness(n_frames, [1.0, 0.0, 0.0]),
+            speed: Banded::smoothness(n_samples, [1.0, 0.0, 0.0]),
             stretch: (n_free / n_keys).max(1.0),
-            shift: (n_keys / n_frames as f64).min(1.0),
+            shift: (n_keys / n_samples as f64).min(1.0),
             factor_of: vec![0; n],
-            line: vec![0.0; n_frames],
+            line: vec![0.0; n_samples],
             ..Self::default()
         }
     }
 
-    /// The largest curvature along one degree of freedom of one frame, by which damping is measured.
+    /// The largest curvature along one degree of freedom of one sample, by which damping is measured.
     pub(crate) fn scale(&self, state: &MotionState) -> f64 {
         let mut largest = 0.0_f64;
         let mut squares = vec![0.0; self.n_dofs];
         for block in &state.rows.blocks {
-            let first = block.frame * self.n_dofs;
+            let first = block.sample * self.n_dofs;
             squares.copy_from_slice(&state.curvature[first..first + self.n_dofs]);
             for row in block.first..block.first + block.n_rows {
                 for (run, entries) in state.rows.runs(row) {
@@ -101,7 +101,7 @@ impl System {
         let is_shared = open.is_none();
         let mut matrix = self.classes[self.class_of[k]].clone();
         let (speed, shift) = (damping * self.stretch + state.spacing.weight, damping * self.shift);
-        for t in 0..self.n_frames {
+        for t in 0..self.n_samples {
             for d in 0..4 {
                 matrix.rows[t][d] += speed * self.speed.rows[t][d];
             }
@@ -110,7 +110,7 @@ impl System {
         if !is_shared && state.rate_bounds.is_bent[k] {
             state.rate_bounds.curvature.add_to(k, &mut matrix);
         }
-        for t in 0..self.n_frames {
+        for t in 0..self.n_samples {
             let is_held = open.map_or(state.is_given[t], |open| !open[t * n + k]);
             if is_held {
                 matrix.rows[t] = [1.0, 0.0, 0.0, 0.0];
@@ -135,7 +135,7 @@ impl System {
                 let idx = t * n + k;
                 state.curvature[idx] != 0.0 || open[idx] == state.is_given[t]
             };
-            let is_own = state.rate_bounds.is_bent[k] || (0..self.n_frames).any(differs);
+            let is_own = state.rate_bounds.is_bent[k] || (0..self.n_samples).any(differs);
             self.factor_of[k] = if is_own { self.factors.len() } else { self.class_of[k] };
             if is_own {
                 self.factors.push(self.matrix(state, k, damping, Some(open)));
@@ -155,14 +155,14 @@ impl System {
         for k in (0..n).filter(|k| self.factor_of[*k] != 0) {
             let line = &mut self.line;
             line.clear();
-            line.extend((0..self.n_frames).map(|t| x[t * n + k]));
+            line.extend((0..self.n_samples).map(|t| x[t * n + k]));
             self.factors[self.factor_of[k]].solve_from(0, line);
             others.extend_from_slice(line);
         }
         if n_others < n {
             self.factors[0].solve_columns(n, x);
         }
-        let lines = (0..n).filter(|k| self.factor_of[*k] != 0).zip(others.chunks_exact(self.n_frames));
+        let lines = (0..n).filter(|k| self.factor_of[*k] != 0).zip(others.chunks_exact(self.n_samples));
         for (k, line) in lines {
             line.iter().enumerate().for_each(|(t, value)| x[t * n + k] = *value);
         }
@@ -174,7 +174,7 @@ impl System {
     pub(crate) fn factor(
         &mut self,
         state: &MotionState,
-        rows: &FrameRows,
+        rows: &SampleRows,
         open: &[bool],
         damping: f64,
     ) -> bool {
@@ -182,7 +182,7 @@ impl System {
             return self.factor_over_time(state, open, damping) && self.factor_rows(rows, open);
         }
         let mut iterative = std::mem::take(&mut self.iterative);
-        iterative.over_time().clear(self.n_dofs, self.n_frames);
+        iterative.over_time().clear(self.n_dofs, self.n_samples);
         for k in 0..self.n_dofs {
             iterative.over_time().set(k, &self.matrix(state, k, damping, Some(open)));
         }
@@ -195,7 +195,7 @@ impl System {
     pub(crate) fn solve(
         &mut self,
         state: &MotionState,
-        rows: &FrameRows,
+        rows: &SampleRows,
         open: &[bool],
         damping: f64,
         residual: &[f64],
@@ -203,7 +203,7 @@ impl System {
     ) {
         let mut right = std::mem::take(&mut self.right);
         let mut y = std::mem::take(&mut self.y);
-        // What is held moves its neighbours in time, and its own frame's rows.
+        // What is held moves its neighbours in time, and its own sample's rows.
         right.clear();
         right.extend_from_slice(&state.gradient);
         y.clear();
@@ -241,7 +241,7 @@ impl System {
     fn solve_iteratively(
         &mut self,
         state: &MotionState,
-        rows: &FrameRows,
+        rows: &SampleRows,
         open: &[bool],
         damping: f64,
         right: &mut [f64],
@@ -264,7 +264,7 @@ impl System {
     fn add_model_product(
         &self,
         state: &MotionState,
-        rows: &FrameRows,
+        rows: &SampleRows,
         damping: f64,
         x: &[f64],
         out: &mut [f64],
@@ -279,8 +279,8 @@ impl System {
     fn add_product_beside_rows(&self, state: &MotionState, damping: f64, x: &[f64], out: &mut [f64]) {
         let n = self.n_dofs;
         let (speed, shift) = (damping * self.stretch + state.spacing.weight, damping * self.shift);
-        for t in 0..self.n_frames {
-            for d in 0..4.min(self.n_frames - t) {
+        for t in 0..self.n_samples {
+            for d in 0..4.min(self.n_samples - t) {
                 let of_speed = speed * self.speed.rows[t][d];
                 for k in 0..n {
                     let entry = self.classes[self.class_of[k]].rows[t][d] + of_speed;
@@ -300,7 +300,7 @@ impl System {
     }
 
     /// Factors `I + J A⁻¹ Jᵀ`.
-    fn factor_rows(&mut self, rows: &FrameRows, open: &[bool]) -> bool {
+    fn factor_rows(&mut self, rows: &SampleRows, open: &[bool]) -> bool {
         let (n, m, n_blocks) = (self.n_dofs, rows.n_rows(), rows.blocks.len());
         self.invert_at(rows);
         let mut dense = std::mem::take(&mut self.dense);
@@ -313,7 +313,7 @@ impl System {
                     weighted.fill(0.0);
                     for (run, entries) in rows.runs(i) {
                         for (k, entry) in run.zip(entries) {
-                            let is_open = open[later.frame * n + k] && open[earlier.frame * n + k];
+                            let is_open = open[later.sample * n + k] && open[earlier.sample * n + k];
                             let inverse = self.inverses[self.factor_of[k]][a * n_blocks + b];
                             weighted[k] = if is_open { entry * inverse } else { 0.0 };
                         }
@@ -332,21 +332,21 @@ impl System {
         factored
     }
 
-    /// The entries of the inverses at pairs of frames with rows.
-    fn invert_at(&mut self, rows: &FrameRows) {
+    /// The entries of the inverses at pairs of samples with rows.
+    fn invert_at(&mut self, rows: &SampleRows) {
         let n_blocks = rows.blocks.len();
         self.inverses.resize(self.factors.len(), Vec::new());
         let columns = &mut self.columns;
         for (factor, inverse) in self.factors.iter().zip(&mut self.inverses) {
             columns.clear();
-            columns.resize(self.n_frames * n_blocks, 0.0);
+            columns.resize(self.n_samples * n_blocks, 0.0);
             for (b, block) in rows.blocks.iter().enumerate() {
-                columns[block.frame * n_blocks + b] = 1.0;
+                columns[block.sample * n_blocks + b] = 1.0;
             }
             factor.solve_columns(n_blocks, columns);
             inverse.clear();
             for block in &rows.blocks {
-                let at = block.frame * n_blocks;
+                let at = block.sample * n_blocks;
                 inverse.extend_from_slice(&columns[at..at + n_blocks]);
             }
         }
@@ -402,7 +402,7 @@ mod tests {
             case.state.linearize(&case.layout, &case.motion);
             let size = case.state.gradient.len();
             let n = case.layout.n_dofs;
-            // Given frames never open; of the others some are held, at a way of their own.
+            // Given samples never open; of the others some are held, at a way of their own.
             let open: Vec<bool> =
                 (0..size).map(|idx| !case.state.is_given[idx / n] && random.unit() < 0.8).collect();
             let held: Vec<f64> =

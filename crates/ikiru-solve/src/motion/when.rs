@@ -7,42 +7,42 @@ use crate::motion::timeline::{Timeline, TimelineError};
 /// Where on the timeline an objective holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum When {
-    /// At the last frame.
+    /// At the last sample.
     #[default]
     End,
-    /// At the frame nearest to a time (seconds).
+    /// At the sample nearest to a time (seconds).
     At(f64),
-    /// From the frame nearest to one time to that nearest to another (seconds), both included.
+    /// From the sample nearest to one time to that nearest to another (seconds), both included.
     Span {
         /// Seconds.
         from: f64,
         /// Seconds.
         to: f64,
     },
-    /// At every frame.
+    /// At every sample.
     Throughout,
 }
 
 impl When {
-    /// The frames of a timeline at which an objective holds: at least one.
+    /// The samples of a timeline at which an objective holds: at least one.
     ///
     /// # Errors
     /// A time that is not on the timeline, or a span that ends before it begins.
-    pub fn frames(self, timeline: &Timeline) -> Result<Range<usize>, TimelineError> {
-        let n_frames = timeline.n_frames();
+    pub fn samples(self, timeline: &Timeline) -> Result<Range<usize>, TimelineError> {
+        let n_samples = timeline.n_samples();
         Ok(match self {
-            Self::End => n_frames - 1..n_frames,
+            Self::End => n_samples - 1..n_samples,
             Self::At(secs) => {
-                let frame = timeline.frame_at(secs)?;
-                frame..frame + 1
+                let sample = timeline.sample_at(secs)?;
+                sample..sample + 1
             }
             Self::Span { from, to } => {
                 if from.partial_cmp(&to).is_none_or(std::cmp::Ordering::is_gt) {
                     return Err(TimelineError::Span { from, to });
                 }
-                timeline.frame_at(from)?..timeline.frame_at(to)? + 1
+                timeline.sample_at(from)?..timeline.sample_at(to)? + 1
             }
-            Self::Throughout => 0..n_frames,
+            Self::Throughout => 0..n_samples,
         })
     }
 }

@@ -231,7 +231,7 @@ fn what_cannot_be_planned_says_why() {
     broken.coords_mut()[0] = f64::NAN;
     assert_eq!(motion.fix_start(&broken), Err(MotionError::Pose));
     let all = vec![rest.clone(); 11];
-    assert!(matches!(motion.fix_history(&all), Err(MotionError::GivenFrames { given: 11, .. })));
+    assert!(matches!(motion.fix_history(&all), Err(MotionError::GivenSamples { given: 11, .. })));
     motion.fix_history(&all[..10]).unwrap();
     let message = motion.fix_end(Some(&rest)).unwrap_err().to_string();
     assert!(message.contains("11 in all, 10 of them"), "{message}");

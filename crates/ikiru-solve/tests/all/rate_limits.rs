@@ -314,7 +314,7 @@ fn limits_above_what_a_motion_needs_are_kept_from_a_moving_history() {
         let middle = random_pose(&rig, &mut random);
         let way: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-0.25, 0.25)).collect();
         let timeline = Timeline::seconds(0.8, 20.0).unwrap();
-        let poses: Vec<Pose> = (0..timeline.n_frames())
+        let poses: Vec<Pose> = (0..timeline.n_samples())
             .map(|t| {
                 let part = (2.5 * timeline.time(t)).sin();
                 let mut pose = middle.clone();
