@@ -26,6 +26,7 @@ pub(crate) fn bounded<R>(length: usize, held: usize, read: impl FnOnce() -> R) -
 
 /// Runs; a run that hangs ends the program with a word about which it was.
 #[track_caller]
+#[allow(clippy::print_stderr, reason = "nothing else is left to say before the program ends")]
 fn watched<R>(run: impl FnOnce() -> R) -> R {
     let place = std::panic::Location::caller();
     let (done, waits) = channel::<()>();
