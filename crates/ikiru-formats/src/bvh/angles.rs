@@ -41,12 +41,20 @@ impl Candidate {
         let (mut fits, mut distance) = (true, 0.0);
         for axis in 0..3 {
             let near = before.filter(|_| present[axis]).map_or(0.0, |before| before[axis]);
-            angles[axis] -= TAU * ((angles[axis] - near) / TAU).round();
+            angles[axis] -= TAU * turns(angles[axis] - near);
             distance += (angles[axis] - near).powi(2);
             fits &= present[axis] || angles[axis].abs().to_degrees() <= TINY_DEG;
         }
         Self { angles, fits, distance }
     }
+}
+
+/// The whole turns in a difference of angles. Half a turn is none, whatever rounding makes of it: both ways are as
+/// short, and the angle stays what it is.
+fn turns(difference: f64) -> f64 {
+    const ROUNDING: f64 = 1e-9;
+    let turns = difference / TAU;
+    (turns.abs() - 0.5 - ROUNDING).ceil().max(0.0).copysign(turns)
 }
 
 /// The middle angle within ±π/2, the others within ±π. The last is computed from what the others leave, so
@@ -102,6 +110,18 @@ mod tests {
                 let found = nearest(order, q, ALL, Some(angles));
                 prop_assert!(order.quaternion(found).dot(q).abs() > 1.0 - 1e-12);
                 prop_assert!((0..3).all(|axis| (found[axis] - angles[axis]).abs() < 1e-6), "{found:?} {angles:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn half_a_turn_leaves_the_angle_as_it_is() {
+        let order = EulerOrder::Zxy;
+        for apart in [0.0, 1e-14, -1e-14] {
+            for (from, to) in [(PI / 2.0, -PI / 2.0), (-PI / 2.0, PI / 2.0)] {
+                let q = order.quaternion([0.0, 0.0, to + apart]);
+                let found = nearest(order, q, [false, false, true], Some([0.0, 0.0, from]));
+                assert!((found[2] - to).abs() < 1e-9, "{found:?}");
             }
         }
     }

@@ -21,9 +21,11 @@ impl Clip {
             let (Some(before), Some(pose)) = (before.last(), rest.first_mut()) else { break };
             for at in &coords {
                 let (previous, angle) = (before.coords()[*at], &mut pose.coords_mut()[*at]);
-                let turns = ((*angle - previous) / TAU).round();
-                if turns != 0.0 {
-                    *angle -= turns * TAU;
+                let turns = (*angle - previous) / TAU;
+                // Half a turn is as short both ways: such an angle stays what it is, whatever rounding makes of it.
+                let whole = (turns.abs() - 0.5 - 1e-9).ceil().max(0.0).copysign(turns);
+                if whole != 0.0 {
+                    *angle -= whole * TAU;
                 }
             }
         }
