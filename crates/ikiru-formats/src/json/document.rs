@@ -14,8 +14,6 @@ use crate::gltf::document::{pointer, without_place};
 #[derive(Deserialize)]
 #[serde(expecting = "a motion object")]
 pub(super) struct Document {
-    /// What the rig was read from.
-    pub(super) rig: Option<String>,
     pub(super) times: List<f64>,
     pub(super) root_translation: List<Numbers<3>>,
     pub(super) joints: Named<List<Numbers<4>>>,

@@ -1,6 +1,7 @@
 //! JSON → a motion of a rig whose joints are made such that they can move so.
 
 use ikiru_rig::{EulerOrder, Motion, Range, Rig};
+use serde::Deserialize;
 
 use super::document::Document;
 use super::read::{read_motion_json, resolved};
@@ -27,10 +28,14 @@ pub fn read_motion(bytes: &[u8], name: &str, loaded: Loaded) -> Result<Loaded, E
 }
 
 /// What the rig of a motion was read from, as its JSON has it under `"rig"`: a path, or the name of a built-in rig.
-/// `None` where it does not say, or is no motion; [`read_motion`] then says what is wrong.
+/// `None` where it does not say, or is no JSON; [`read_motion`] then says what is wrong.
 #[must_use]
 pub fn motion_rig(bytes: &[u8]) -> Option<String> {
-    Document::parse(bytes).ok()?.rig
+    #[derive(Deserialize)]
+    struct Text {
+        rig: Option<String>,
+    }
+    serde_json::from_slice::<Text>(bytes).ok()?.rig
 }
 
 /// The rig with joints that can do what a motion says of them.
