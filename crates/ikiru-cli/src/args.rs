@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args as Group, Parser, Subcommand};
+use ikiru_formats::Format;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -203,7 +204,7 @@ fn parse_millis(text: &str) -> Result<f64, String> {
 
 #[derive(Debug, Group)]
 pub(crate) struct DemoArgs {
-    /// Where the pose goes: .glb (posed, skinned), .bvh or .json (joint rotations)
+    /// Where the pose goes: .glb, .gltf, .vrm (posed, skinned), .bvh, .vrma or .json (joint rotations)
     #[arg(long, value_name = "FILE", default_value = "./ikiru-demo.glb", value_parser = parse_out)]
     pub(crate) out: Out,
     /// Print the report as one JSON object
@@ -244,7 +245,7 @@ pub(crate) struct SolveArgs {
     /// Print the report as one JSON object
     #[arg(long)]
     pub(crate) json: bool,
-    /// Where the pose goes: .glb (posed, skinned), .bvh or .json (joint rotations)
+    /// Where the pose goes: .glb, .gltf, .vrm (posed, skinned), .bvh, .vrma or .json (joint rotations)
     #[arg(long, value_name = "FILE", value_parser = parse_out)]
     pub(crate) out: Option<Out>,
 }
@@ -264,7 +265,7 @@ pub(crate) struct PlanArgs {
     /// Print the report and the motion as one JSON object
     #[arg(long)]
     pub(crate) json: bool,
-    /// Where the motion goes: .glb (animated, skinned), .bvh, .vrma, .json or .csv
+    /// Where the motion goes: .glb, .gltf, .vrm (animated, skinned), .bvh, .vrma, .json or .csv
     #[arg(long, value_name = "FILE", value_parser = parse_motion_out)]
     pub(crate) out: Option<MotionOut>,
     /// A figure of angles, speeds, jerk and the effector's way over time: .svg or .png
@@ -281,12 +282,8 @@ pub(crate) struct MotionOut {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionFormat {
-    /// The rig's own file with an animation.
-    Glb,
-    /// A skeleton with frames.
-    Bvh,
-    /// A VRM animation.
-    Vrma,
+    /// What shows a body that moves.
+    Body(Format),
     /// The report and the motion.
     Json,
     /// A table.
@@ -295,16 +292,14 @@ pub(crate) enum MotionFormat {
 
 fn parse_motion_out(text: &str) -> Result<MotionOut, String> {
     let path = PathBuf::from(text);
-    let formats = [
-        ("glb", MotionFormat::Glb),
-        ("bvh", MotionFormat::Bvh),
-        ("vrma", MotionFormat::Vrma),
-        ("json", MotionFormat::Json),
-        ("csv", MotionFormat::Csv),
-    ];
-    let format = formats.iter().find(|(ending, _)| has_ending(&path, &[ending]));
-    let format =
-        format.map(|f| f.1).ok_or("expected a name that ends in .glb, .bvh, .vrma, .json or .csv")?;
+    let format = if has_ending(&path, &["json"]) {
+        MotionFormat::Json
+    } else if has_ending(&path, &["csv"]) {
+        MotionFormat::Csv
+    } else {
+        let expected = "expected a name that ends in .glb, .gltf, .vrm, .bvh, .vrma, .json or .csv";
+        MotionFormat::Body(Format::of(&path).ok_or(expected)?)
+    };
     Ok(MotionOut { path, format })
 }
 
@@ -325,16 +320,20 @@ Examples:
   ikiru convert walk.bvh walk.csv --rate 30              its numbers as a table, 30 rows a second
   ikiru convert walk.bvh walk.json --onto builtin:human  as joint rotations of that rig
   ikiru convert avatar.vrm skeleton.bvh                  its skeleton at rest
+  ikiru convert motion.json motion.glb --onto avatar.vrm what 'ikiru plan --out motion.json' wrote for that avatar
 
 A .csv file has a row a frame: time_secs, root_translation.x to .z, then each moving joint's rotation on top of
 rest as NAME.x, .y, .z, .w (a quaternion), or its NAME.x_deg to .z_deg, NAME.angle_deg or NAME.offset. A .json
-file has the same as lists: times, root_translation and joints.")]
+file has the same as lists: times, root_translation and joints, and the rig that it is of. Where a clip of a .glb, .gltf
+or .vrm file translates joints, the way of the hips in a walk, they do so in what is written. A motion becomes the
+first animation of such a file; one of its name gives way to it.")]
 pub(crate) struct ConvertArgs {
-    /// A .glb, .gltf, .vrm, .vrma, .bvh or .urdf file, or one of the built-in rigs
+    /// A .glb, .gltf, .vrm, .vrma, .bvh or .urdf file, a motion's .json, or one of the built-in rigs
     pub(crate) input: PathBuf,
-    /// A .glb (only from or onto a glTF or VRM file), .bvh, .vrma, .json or .csv file
+    /// A .glb, .gltf, .vrm (only from or onto a glTF or VRM file), .bvh, .vrma, .json or .csv file
     pub(crate) output: PathBuf,
-    /// The character that the motion goes onto, through humanoid roles
+    /// The character that the motion goes onto, through humanoid roles; for a .json that names no rig, the rig that it
+    /// is of
     #[arg(long, value_name = "RIG")]
     pub(crate) onto: Option<PathBuf>,
     /// Which motion, where there are several; the first one otherwise
@@ -357,26 +356,22 @@ pub(crate) struct Out {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OutFormat {
-    /// The rig's own file, posed.
-    Glb,
-    /// A skeleton with one frame.
-    Bvh,
+    /// What shows a body.
+    Body(Format),
     /// The pose alone.
     Json,
 }
 
 fn parse_out(text: &str) -> Result<Out, String> {
+    const EXPECTED: &str = "expected .glb, .gltf, .vrm, .bvh, .vrma or .json";
     let path = PathBuf::from(text);
-    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let format = match ending.as_str() {
-        "glb" => OutFormat::Glb,
-        "json" => OutFormat::Json,
-        "bvh" => OutFormat::Bvh,
-        "" => return Err("the file's name has no ending: expected .glb, .bvh or .json".to_owned()),
-        other => {
-            return Err(format!(
-                "the ending '.{other}' is not one that can be written: expected .glb, .bvh or .json"
-            ));
+    let format = match (path.extension(), Format::of(&path)) {
+        (_, Some(format)) => OutFormat::Body(format),
+        (Some(_), None) if has_ending(&path, &["json"]) => OutFormat::Json,
+        (None, None) => return Err(format!("the file's name has no ending: {EXPECTED}")),
+        (Some(other), None) => {
+            let other = other.to_string_lossy().to_ascii_lowercase();
+            return Err(format!("the ending '.{other}' is not one that can be written: {EXPECTED}"));
         }
     };
     Ok(Out { path, format })

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::io::{ErrorKind, Write, stderr, stdout};
 use std::path::Path;
 
-use ikiru_formats::{pose_json, save, write_bvh_pose, write_posed_glb};
+use ikiru_formats::{Warning, pose_json, save, write_pose};
 use ikiru_rig::Pose;
 use ikiru_scenario::Scenario;
 
@@ -53,10 +53,13 @@ pub(crate) fn printable(text: &str) -> Cow<'_, str> {
 }
 
 /// Writes a pose, as the file's ending asks for.
-pub(crate) fn write_pose(scenario: &Scenario, pose: &Pose, out: &Out) -> Result<(), Failure> {
+pub(crate) fn write_posed(scenario: &Scenario, pose: &Pose, out: &Out) -> Result<(), Failure> {
     let bytes = match out.format {
-        OutFormat::Glb => write_posed_glb(&scenario.loaded, pose).map_err(Failure::write)?,
-        OutFormat::Bvh => write_bvh_pose(&scenario.loaded, pose).map_err(Failure::write)?,
+        OutFormat::Body(format) => {
+            let written = write_pose(&scenario.loaded, pose, format).map_err(Failure::write)?;
+            warn(&written.warnings);
+            written.bytes
+        }
         OutFormat::Json => {
             let mut text =
                 serde_json::to_vec_pretty(&pose_json(pose, &scenario.active)).map_err(Failure::write)?;
@@ -65,6 +68,13 @@ pub(crate) fn write_pose(scenario: &Scenario, pose: &Pose, out: &Out) -> Result<
         }
     };
     write(&out.path, &bytes)
+}
+
+/// Tells what a reader or writer could not take as it was.
+pub(crate) fn warn(warnings: &[Warning]) {
+    for warning in warnings {
+        note(format!("warning: {warning}"));
+    }
 }
 
 /// Writes a file.

@@ -20,7 +20,7 @@ pub fn builtin(name: &str) -> Result<Loaded, Error> {
     let full = format!("{PREFIX}{short}");
     let glb = |bytes: &[u8]| gltf::read::read(bytes.to_vec(), true, None, &full);
     let urdf = |bytes: &[u8]| urdf::read::read(bytes, &full);
-    match short {
+    let loaded = match short {
         "human" => glb(include_bytes!("../assets/human.vrm")),
         "reference" => glb(include_bytes!("../assets/reference_human.glb")),
         "panda" => urdf(include_bytes!("../tests/data/robots/panda.urdf")),
@@ -30,7 +30,8 @@ pub fn builtin(name: &str) -> Result<Loaded, Error> {
         _ => {
             let known = BUILTINS.map(|n| format!("{PREFIX}{n}")).join(", ");
             let kind = ErrorKind::Builtin { name: short.to_owned(), known };
-            Err(Error::new(full, Place::File, kind))
+            return Err(Error::new(full, Place::File, kind));
         }
-    }
+    };
+    Ok(Loaded { name: Some(full.clone()), ..loaded? })
 }

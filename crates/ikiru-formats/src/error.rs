@@ -273,6 +273,11 @@ pub enum ErrorKind {
         "a rig without a source file cannot be written as .glb: expected one that was read from a glTF file"
     )]
     NoSource,
+    /// A file that is no avatar's, and should be written as one.
+    #[error(
+        "the file has no VRM extension that tells its bones: expected a VRM avatar's for .vrm; .glb can be written"
+    )]
+    NotVrm,
     /// A file that should be a VRM animation and is not.
     #[error("not a VRM animation: the document has no extension VRMC_vrm_animation")]
     NotVrma,

@@ -55,16 +55,17 @@ pub fn read_scaled(path: impl AsRef<Path>, scale: f64) -> Result<Loaded, Error> 
     let bytes = fs::read(path).map_err(|source| {
         Error::new(&*name, Place::File, ErrorKind::Io { doing: "read the file", source })
     })?;
-    if format == Format::Bvh {
-        return read_bvh(&bytes, &name, &BvhOptions { scale, ..BvhOptions::default() });
-    }
-    if format == Format::Urdf {
-        return urdf::read::read(&bytes, &name);
-    }
-    // A binary file under the other name is not worth an error.
-    let in_container = format == Format::Glb || bytes.starts_with(gltf::MAGIC);
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    gltf::read::read(bytes, in_container, Some(folder), &name)
+    let loaded = match format {
+        Format::Bvh => read_bvh(&bytes, &name, &BvhOptions { scale, ..BvhOptions::default() })?,
+        Format::Urdf => urdf::read::read(&bytes, &name)?,
+        Format::Glb | Format::Gltf => {
+            // A binary file under the other name is not worth an error.
+            let in_container = format == Format::Glb || bytes.starts_with(gltf::MAGIC);
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            gltf::read::read(bytes, in_container, Some(folder), &name)?
+        }
+    };
+    Ok(Loaded { name: Some(name), ..loaded })
 }
 
 /// Reads a binary glTF or VRM file from memory; `name` stands in messages. Other files that it refers to are
@@ -113,8 +114,22 @@ pub fn read_urdf(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
     urdf::read::read(bytes, name)
 }
 
+/// The file that a path leads to through links, be it there or not, so that a link stays one.
+fn behind_links(path: &Path) -> PathBuf {
+    /// As many as Linux follows; more are a circle, which the system then refuses.
+    const MOST: usize = 40;
+    let mut target = path.to_owned();
+    for _ in 0..MOST {
+        let Ok(next) = fs::read_link(&target) else { break };
+        // A relative link begins in its own folder.
+        target = target.parent().map_or_else(|| next.clone(), |folder| folder.join(&next));
+    }
+    target
+}
+
 /// Writes a file as a whole: it is written beside its place and then moved there, so that no reader sees a
-/// half of it and a failure leaves an older file as it was. What is not a plain file is written directly.
+/// half of it and a failure leaves an older file as it was. A link stays one, and the file that it leads to is written,
+/// be it there or not. What is not a plain file is written directly.
 ///
 /// # Errors
 /// When the system refuses; the error says which file and what was tried.
@@ -123,8 +138,7 @@ pub fn save(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), Error> {
     let fail = |doing| {
         move |source| Error::new(path.display().to_string(), Place::File, ErrorKind::Io { doing, source })
     };
-    // Through links, so that a link stays one.
-    let target: PathBuf = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let target = behind_links(path);
     let older = fs::metadata(&target).ok();
     if older.as_ref().is_some_and(|m| !m.is_file()) {
         return fs::write(&target, bytes).map_err(fail("write the file"));

@@ -4,7 +4,8 @@
 //! [`read`] takes a `.glb`, `.gltf`, `.vrm`, `.vrma`, `.bvh` or `.urdf` file, or the name of a rig that comes with the library, and
 //! gives a valid rig, its clips, and typed [`Warning`]s about what was mended. [`write_posed_glb`] and
 //! [`write_animated_glb`] give the same file back, mesh, skin and materials included, in a pose or with a
-//! motion; [`write_bvh_pose`] and [`write_bvh_clip`] write any rig's motion as BVH.
+//! motion; [`write_bvh_pose`] and [`write_bvh_clip`] write any rig's motion as BVH. [`write_pose`] and [`write_clip`]
+//! write each [`Format`], and tell what it could not take.
 //! [`read_vrma`] and [`write_vrma`] are for motions that fit every avatar; [`motion_json`], which
 //! [`read_motion_json`] reads, and [`motion_csv`] for other programs.
 //!
@@ -42,6 +43,7 @@ mod motion;
 mod names;
 mod vrm;
 mod warning;
+mod written;
 
 pub use builtin::{BUILTINS, builtin};
 pub use bvh::read::read_bvh;
@@ -53,7 +55,8 @@ pub use error::{Error, ErrorKind, Place};
 pub use file::{read, read_glb, read_gltf, read_scaled, read_urdf, save};
 pub use gltf::write::write_posed_glb;
 pub use gltf::write_animation::write_animated_glb;
-pub use json::{motion_json, pose_json, read_motion_json};
+pub use json::{motion_json, motion_rig, pose_json, read_motion, read_motion_json};
 pub use loaded::Loaded;
 pub use vrm::animation::{read_vrma, write_vrma};
 pub use warning::{BoneProblem, Warning};
+pub use written::{Format, Written, write_clip, write_pose};

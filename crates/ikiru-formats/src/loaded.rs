@@ -9,8 +9,10 @@ use crate::bvh::Layout;
 use crate::collision::CollisionShape;
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
+use crate::gltf::animation::Needs;
+use crate::gltf::clips::clips;
 use crate::gltf::read::difference;
-use crate::warning::Warning;
+use crate::warning::{Warning, Warnings};
 
 /// A file, read.
 #[derive(Clone, Debug)]
@@ -21,6 +23,7 @@ pub struct Loaded {
     pub clips: Vec<Clip>,
     /// What was mended or left out.
     pub warnings: Vec<Warning>,
+    pub(crate) name: Option<String>,
     pub(crate) world_from_file: DQuat,
     pub(crate) source: Option<Arc<Source>>,
     pub(crate) layout: Option<Arc<Layout>>,
@@ -35,11 +38,18 @@ impl Loaded {
             rig,
             clips: Vec::new(),
             warnings: Vec::new(),
+            name: None,
             world_from_file: DQuat::IDENTITY,
             source: None,
             layout: None,
             collision_shapes: Vec::new(),
         }
+    }
+
+    /// What it was read from: the path that was given, or the name of a built-in rig; `None` for what came from memory.
+    #[must_use]
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
     }
 
     /// The document that the rig was read from: what writing needs besides the rig.
@@ -62,6 +72,51 @@ impl Loaded {
     #[must_use]
     pub fn collision_shapes(&self) -> &[CollisionShape] {
         &self.collision_shapes
+    }
+
+    /// The same without clips, and without what was said of them.
+    pub(crate) fn without_clips(mut self) -> Self {
+        self.clips.clear();
+        self.warnings.retain(|warning| !warning.is_about_clips());
+        self
+    }
+
+    /// The same file with a rig that can do all that its clips do, and the clips with all that they do.
+    ///
+    /// The joints of a glTF rig turn where a skin uses them, and do not translate. Animations do translate some,
+    /// most often the hips or a root above them: that is the way of a walk. Here each of these joints, and
+    /// each that carries them, is [free](Motion::Free) where an animation translates it, and a
+    /// [ball](Motion::Ball) where one turns it. Rest transforms stay as they are, and so does what BVH and URDF say
+    /// of their joints.
+    ///
+    /// # Errors
+    /// When the rig cannot be built; that of a reader can.
+    pub fn carrying_clips(mut self) -> Result<Self, Error> {
+        let Some(source) = self.source.clone() else { return Ok(self) };
+        let mut needs = Needs::none(&self.rig);
+        clips(&source, &self.rig, &mut Warnings::default(), Some(&mut needs));
+        let mut carries: Vec<bool> = self.rig.joints().iter().map(|joint| joint.n_dofs() > 0).collect();
+        for id in self.rig.ids().rev() {
+            if let (true, Some(parent)) = (carries[id.index()], self.rig.get(id).and_then(|j| j.parent)) {
+                carries[parent.index()] = true;
+            }
+        }
+        let mut builder = self.rig.to_builder();
+        for (idx, joint) in builder.joints_mut().iter_mut().enumerate().filter(|(idx, _)| carries[*idx]) {
+            joint.motion = match joint.motion {
+                Motion::Ball { cone } if needs.translates[idx] => Motion::Free { cone },
+                Motion::Fixed if needs.translates[idx] => Motion::FREE,
+                Motion::Fixed if needs.turns[idx] => Motion::BALL,
+                motion => motion,
+            };
+        }
+        let rig = builder.build().map_err(|error| Error::new(source.name(), Place::File, error.into()))?;
+        let mut warnings = Warnings::default();
+        self.clips = clips(&source, &rig, &mut warnings, None);
+        self.rig = rig;
+        self.warnings.retain(|warning| !warning.is_about_clips());
+        self.warnings.extend(warnings.into_vec());
+        Ok(self)
     }
 
     /// The same file with a changed rig: the same joints in the same order, with other motions or limits.

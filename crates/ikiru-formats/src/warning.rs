@@ -95,6 +95,23 @@ pub enum Warning {
         /// The joint that cannot take its motion any more.
         joint: String,
     },
+    /// An animation with the name of another, which its clip was called otherwise for.
+    ClipRenamed {
+        /// Its name in the file.
+        clip: String,
+        /// The clip's name.
+        renamed: String,
+    },
+    /// An animation that a written file has no more, since the new one has its name.
+    ClipReplaced {
+        /// That name.
+        clip: String,
+    },
+    /// Animations that a file in a pose has no more: a viewer that starts one would not show the pose.
+    ClipsLeftOut {
+        /// How many.
+        count: usize,
+    },
     /// Channels of an animation that change what a rig does not have.
     ChannelsIgnored {
         /// Name of the clip.
@@ -128,6 +145,21 @@ pub enum Warning {
         scale: f64,
         /// A scale that would make it as high as a human.
         likely: Option<f64>,
+    },
+    /// A bone of a written VRM animation that does not end where the clip has it, since joints without a role between
+    /// its ends bring it there, or its length changes.
+    BoneOff {
+        /// The humanoid role of the bone that is farthest off.
+        bone: String,
+        /// How far, in metres.
+        metres: f64,
+    },
+    /// A joint that a written file calls otherwise, since its name would not be one word there, or be another's.
+    NameWritten {
+        /// Its name in the rig.
+        joint: String,
+        /// Its name in the file.
+        written: String,
     },
     /// Something in a robot description.
     Urdf(UrdfWarning),
@@ -204,12 +236,32 @@ impl std::fmt::Display for Warning {
             Self::ClipUnfit { clip, joint } => {
                 write!(f, "clip '{clip}' was left out: joint '{joint}' cannot move as it does")
             }
-            Self::ChannelsIgnored { clip, path, count, first } => write!(
-                f,
-                "animation '{clip}': {count} {path} channel{} ignored, the first of '{first}': \
-                 joints with a skin and the body of a VRM animation move, nothing else does",
-                if *count == 1 { " was" } else { "s were" }
-            ),
+            Self::ClipRenamed { clip, renamed } => {
+                write!(f, "another animation is called '{clip}': this one's clip is called '{renamed}'")
+            }
+            Self::ClipReplaced { clip } => {
+                write!(f, "the file's own animation '{clip}' gave way to the new one of that name")
+            }
+            Self::ClipsLeftOut { count } => {
+                let (s, them) = if *count == 1 { ("", "it") } else { ("s", "one") };
+                write!(
+                    f,
+                    "{count} animation{s} of the file left out: a viewer that starts {them} would hide the pose"
+                )
+            }
+            Self::ChannelsIgnored { clip, path, count, first } => {
+                let were = if *count == 1 { " was" } else { "s were" };
+                write!(
+                    f,
+                    "animation '{clip}': {count} {path} channel{were} ignored, the first of '{first}': "
+                )?;
+                f.write_str(match path.as_str() {
+                    "translation" => "joints turn, and translate only where that is asked for",
+                    "rotation" => "no skin and no humanoid bone moves with it",
+                    "scale" => "joints have no scale that changes",
+                    _ => "it moves no joint",
+                })
+            }
             Self::NameBytes { name } => {
                 write!(f, "the name '{name}' is not UTF-8 in the file, what could not be read became '?'")
             }
@@ -224,6 +276,17 @@ impl std::fmt::Display for Warning {
                     Some(likely) => write!(f, ": a likely scale is {likely}"),
                     None => f.write_str(": another scale may be meant"),
                 }
+            }
+            Self::BoneOff { bone, metres } => write!(
+                f,
+                "'{bone}' is up to {metres:.3} m off in the VRM animation: joints without a humanoid role move it, \
+                 and the format has none"
+            ),
+            Self::NameWritten { joint, written } => {
+                write!(
+                    f,
+                    "joint '{joint}' is called '{written}' in the written file: its names are single words"
+                )
             }
             Self::Urdf(warning) => warning.fmt(f),
             Self::More { count } => write!(f, "{count} more warnings"),
@@ -240,6 +303,20 @@ impl std::fmt::Display for BoneProblem {
             Self::Taken { joint, bone } => write!(f, "joint '{joint}' is the bone '{bone}' already"),
             Self::Repeated => f.write_str("another joint is this bone already"),
         }
+    }
+}
+
+impl Warning {
+    /// Whether it is about the file's clips alone.
+    pub(crate) fn is_about_clips(&self) -> bool {
+        matches!(
+            self,
+            Self::Animations { .. }
+                | Self::ClipDropped { .. }
+                | Self::ClipUnfit { .. }
+                | Self::ClipRenamed { .. }
+                | Self::ChannelsIgnored { .. }
+        )
     }
 }
 

@@ -1,9 +1,10 @@
 //! `ikiru convert IN OUT`: a rig or motion from one format to another, and onto another character.
 
+use std::path::{Path, PathBuf};
+
 use anyhow::{Context, anyhow};
 use ikiru_formats::{
-    Loaded, motion_csv, motion_json, save, write_animated_glb, write_bvh_clip, write_bvh_pose,
-    write_posed_glb, write_vrma,
+    Format, Loaded, motion_csv, motion_json, motion_rig, read_motion, save, write_clip, write_pose,
 };
 use ikiru_rig::humanoid::{Reference, transfer};
 use ikiru_rig::{Clip, JointId, Motion};
@@ -14,19 +15,19 @@ use crate::output;
 use crate::roles::read_with_roles;
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
-    let expected = "expected .glb, .bvh, .vrma, .json or .csv";
-    if !has_ending(&args.output, &["glb", "bvh", "vrma", "json", "csv"]) {
+    let expected = "expected .glb, .gltf, .vrm, .bvh, .vrma, .json or .csv";
+    if Format::of(&args.output).is_none() && !has_ending(&args.output, &["json", "csv"]) {
         let path = args.output.display();
         return Err(Failure::input(anyhow!(
             "{path} does not end in a format that can be written: {expected}"
         )));
     }
-    let loaded = read_with_roles(&args.input, args.roles.as_deref())?;
+    let (loaded, onto) = read_input(args)?;
     for warning in &loaded.warnings {
         output::note(format!("warning: {warning}"));
     }
     let clip = chosen_clip(&loaded, args)?;
-    let (loaded, clip) = match &args.onto {
+    let (loaded, clip) = match onto {
         None => (loaded, clip),
         Some(onto) => {
             let target = ikiru_formats::read(onto).map_err(Failure::input)?;
@@ -53,9 +54,45 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Reached)
 }
 
-/// The motion that was asked for by name, or the first.
+/// What is to be converted, its clips with all that they do, and the character that it then goes onto.
+fn read_input(args: &ConvertArgs) -> Result<(Loaded, Option<&Path>), Failure> {
+    let onto = args.onto.as_deref();
+    if !has_ending(&args.input, &["json"]) {
+        let loaded = read_with_roles(&args.input, args.roles.as_deref())?;
+        return Ok((loaded.carrying_clips().map_err(Failure::input)?, onto));
+    }
+    let name = args.input.display().to_string();
+    let bytes = std::fs::read(&args.input)
+        .with_context(|| format!("{name} cannot be read"))
+        .map_err(Failure::input)?;
+    // Without a rig of its own it is one of the rig that it goes onto.
+    let (rig, onto) = match (motion_rig(&bytes), onto) {
+        (Some(rig), onto) => (beside(&args.input, &rig), onto.filter(|onto| *onto != Path::new(&rig))),
+        (None, Some(onto)) => (onto.to_owned(), None),
+        (None, None) => {
+            return Err(Failure::input(anyhow!(
+                "{name} does not say which rig its motion is of: expected a member \"rig\", or '--onto RIG' beside it"
+            )));
+        }
+    };
+    let loaded = read_with_roles(&rig, args.roles.as_deref())?;
+    Ok((read_motion(&bytes, &name, loaded).map_err(Failure::input)?, onto))
+}
+
+/// A rig that a file names: as it stands there, where it is found so, else beside that file.
+fn beside(file: &Path, rig: &str) -> PathBuf {
+    let found = Path::new(rig).exists() || rig.starts_with("builtin:");
+    let folder = file.parent().filter(|_| !found);
+    folder.map_or_else(|| PathBuf::from(rig), |folder| folder.join(rig))
+}
+
+/// The motion that was asked for by name, or the first; one without a name is called as its file is.
 fn chosen_clip(loaded: &Loaded, args: &ConvertArgs) -> Result<Option<Clip>, Failure> {
-    let Some(wanted) = &args.clip else { return Ok(loaded.clips.first().cloned()) };
+    let Some(wanted) = &args.clip else {
+        let stem = args.input.file_stem().unwrap_or_default().to_string_lossy();
+        let named = |clip: Clip| if clip.name().is_empty() { clip.with_name(stem) } else { clip };
+        return Ok(loaded.clips.first().cloned().map(named));
+    };
     let found = loaded.clips.iter().find(|clip| clip.name() == wanted);
     found.cloned().map(Some).ok_or_else(|| {
         let unknown = ikiru_rig::unknown_name(wanted, loaded.clips.iter().map(Clip::name));
@@ -69,21 +106,28 @@ fn needed<'c>(clip: Option<&'c Clip>, args: &ConvertArgs, why: &str) -> Result<&
 }
 
 fn written(loaded: &Loaded, clip: Option<&Clip>, args: &ConvertArgs) -> Result<Vec<u8>, Failure> {
-    let rest = loaded.rig.rest_pose();
-    let bytes = if has_ending(&args.output, &["bvh"]) {
-        clip.map_or_else(|| write_bvh_pose(loaded, &rest), |clip| write_bvh_clip(loaded, clip))
-    } else if has_ending(&args.output, &["vrma"]) {
-        write_vrma(needed(clip, args, "a .vrma file is one")?)
-    } else if has_ending(&args.output, &["csv"]) {
+    let bytes = if has_ending(&args.output, &["csv"]) {
         let clip = needed(clip, args, "a .csv file is one")?;
         motion_csv(clip, &moving(clip))
-    } else if has_ending(&args.output, &["json"]) {
-        let clip = needed(clip, args, "a .json file is one here")?;
-        let mut text = motion_json(clip, &moving(clip)).to_string().into_bytes();
-        text.push(b'\n');
-        return Ok(text);
+    } else if let Some(format) = Format::of(&args.output) {
+        if format == Format::Vrma {
+            needed(clip, args, "a .vrma file is one")?;
+        }
+        let written = match clip {
+            Some(clip) => write_clip(loaded, clip, format),
+            None => write_pose(loaded, &loaded.rig.rest_pose(), format),
+        };
+        written.map(|written| {
+            output::warn(&written.warnings);
+            written.bytes
+        })
     } else {
-        clip.map_or_else(|| write_posed_glb(loaded, &rest), |clip| write_animated_glb(loaded, clip))
+        let clip = needed(clip, args, "a .json file is one here")?;
+        let mut motion = motion_json(clip, &moving(clip));
+        if let (Some(members), Some(name)) = (motion.as_object_mut(), loaded.name()) {
+            members.insert("rig".to_owned(), name.into());
+        }
+        return Ok(format!("{motion}\n").into_bytes());
     };
     let advice = format!(
         "{} cannot be written from {}; '--onto CHARACTER.glb' brings a motion onto a body with a skin",

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
 use ikiru_eval::write_motion_figure;
-use ikiru_formats::{motion_csv, motion_json, write_animated_glb, write_bvh_clip, write_vrma};
+use ikiru_formats::{motion_csv, motion_json, write_clip};
 use ikiru_rig::{Clip, Part, Rate, RateExcess, RateLimit, Rig};
 use ikiru_scenario::{MotionScenario, Scenario};
 use ikiru_solve::{Invalid, MotionReport, MotionWorkspace, StopReason};
@@ -37,7 +37,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let begin = Instant::now();
     let planned = motion.plan(&mut MotionWorkspace::default());
     let time = begin.elapsed();
-    let (clip, report) = (&planned.clip, &planned.report);
+    // A given end may be the same place a turn away: what plays the numbers would go all the way around.
+    let (clip, report) = (&planned.clip.clone().unwrapped(), &planned.report);
     let invalid = report.invalid.map(|invalid| invalid_input(&motion, &labels, invalid));
     let described = described(&motion, &labels, clip, report, time);
     if args.json {
@@ -51,9 +52,11 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let mut written = Vec::new();
     if let Some(out) = &args.out {
         let bytes = match out.format {
-            MotionFormat::Glb => write_animated_glb(&motion.loaded, clip).map_err(Failure::write)?,
-            MotionFormat::Bvh => write_bvh_clip(&motion.loaded, clip).map_err(Failure::write)?,
-            MotionFormat::Vrma => write_vrma(clip).map_err(Failure::write)?,
+            MotionFormat::Body(format) => {
+                let written = write_clip(&motion.loaded, clip, format).map_err(Failure::write)?;
+                output::warn(&written.warnings);
+                written.bytes
+            }
             MotionFormat::Csv => motion_csv(clip, &motion.active).map_err(Failure::write)?,
             MotionFormat::Json => format!("{described}\n").into_bytes(),
         };
@@ -119,6 +122,7 @@ fn described(
     let poses = motion_json(clip, &motion.active);
     if let (Some(described), Value::Object(poses)) = (described.as_object_mut(), poses) {
         described.extend(poses);
+        described.insert("rig".to_owned(), json!(motion.loaded.name()));
         described.insert("objectives".to_owned(), Value::Array(objectives));
         let exceeded: Vec<Value> = report.exceeded.iter().map(|e| exceeded_json(clip.rig(), e)).collect();
         described.insert("exceeded".to_owned(), Value::Array(exceeded));

@@ -48,7 +48,7 @@ pub(crate) fn finish(
     let invalid = solved.invalid.map(|invalid| invalid_input(scenario, invalid));
     // A pose that was not solved for is not written.
     let written =
-        out.filter(|_| invalid.is_none()).map(|out| output::write_pose(scenario, pose, out).map(|()| out));
+        out.filter(|_| invalid.is_none()).map(|out| output::write_posed(scenario, pose, out).map(|()| out));
     if as_json {
         output::print(&format!("{}\n", json::solved(scenario, solved, pose, time)))?;
     } else if invalid.is_none() {

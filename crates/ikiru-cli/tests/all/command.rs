@@ -281,7 +281,7 @@ fn a_motion_becomes_a_table_or_lists_at_any_rate() {
         ("rest.csv", &[][..], "has no motion, and a .csv file is one"),
         ("rest.json", &[], "has no motion, and a .json file is one"),
         ("rest.bvh", &["--rate", "30"], "has no motion, and --rate is for one"),
-        ("rest.txt", &[], "expected .glb, .bvh, .vrma, .json or .csv"),
+        ("rest.txt", &[], "expected .glb, .gltf, .vrm, .bvh, .vrma, .json or .csv"),
         ("rest.csv", &["--rate", "0"], "expected frames a second above 0"),
         ("rest.csv", &["--rate", "NaN"], "expected frames a second above 0"),
     ] {

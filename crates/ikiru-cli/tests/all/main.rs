@@ -3,4 +3,5 @@
 mod command;
 mod common;
 mod plan;
+mod round_trips;
 mod suite;

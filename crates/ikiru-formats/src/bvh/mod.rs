@@ -18,26 +18,39 @@
 //!
 //! # What is written
 //! A rig that was read from BVH is written with its own structure: names, offsets, channels in their order,
-//! end sites, unit. Angles of Euler joints and hinges are written as the pose has them; other rotations
-//! become canonical angles, the middle one within ±90°, the others within ±180°, each frame for itself.
-//! Channels that could not hold what a joint does are made complete.
+//! end sites, unit. Angles of Euler joints and hinges are written as the pose has them. Channels that could not hold
+//! what a joint does are made complete.
 //!
-//! Any other rig is written in its own local frames: `OFFSET` is the rest translation and the channels carry
-//! rest times motion, so that world frames come back in every frame. BVH has no rest rotations: a viewer
-//! that shows the skeleton with all channels at zero shows it straightened. Roots and joints that translate
-//! have six channels, whose positions are the whole translation, and the `OFFSET` 0, so that it does not
-//! matter how a reader combines the two; a hinge about a coordinate axis has one channel; fixed joints at
-//! the end of a chain that are not turned at rest are end sites; all others have three channels, `Zrotation
-//! Xrotation Yrotation` or the order of the joint's own angles. Lengths are metres.
+//! Any other rig is written as a body that the strictest readers take: one `ROOT`, joints, and an `End Site` wherever
+//! a joint has nothing below it.
+//! - Joints that move or have a role are written, with what lies between them and what hangs on them. The root is the
+//!   lowest joint above all of these (for a hinge, the one above it), in its place in the world; what stands beside or
+//!   above it does not move and is left out, as are nodes for meshes and cameras. Where no joint is above all, a root is
+//!   made that holds them together and stays at 0.
+//! - All are written in their own local frames: `OFFSET` is the rest translation and the channels carry
+//!   rest times motion, so that world frames come back in every frame. BVH has no rest rotations: a viewer
+//!   that shows the skeleton with all channels at zero shows it straightened. The root and joints that translate
+//!   have six channels, whose positions are the whole translation, and the `OFFSET` 0, so that it does not
+//!   matter how a reader combines the two; a hinge about a coordinate axis has one channel; all others have three,
+//!   `Zrotation Xrotation Yrotation` or the order of the joint's own angles. Lengths are metres.
+//! - A fixed joint at the end of a chain that is not turned at rest is an end site itself; another end of a chain gets
+//!   one where its bone would end if it went on as far as it came.
+//! - Names become single words, each of them once, with a [`Warning`](crate::Warning) that tells the new one.
+//!
+//! Every rotation can be written as three angles in many ways. The first frame has the middle one within ±90° and
+//! the others within ±180°; each other frame those nearest to the frame before, so that what a player puts between two
+//! frames goes the short way. Where a joint passes near gimbal lock, two of its angles have to turn fast all the same.
 
 pub(crate) mod read;
 pub(crate) mod write;
 
+mod angles;
 mod channel;
 mod hierarchy;
 mod motion;
 mod names;
 mod scan;
+mod tree;
 mod write_plan;
 
 use channel::Channels;

@@ -4,32 +4,36 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Write;
 
-use ikiru_rig::{Clip, Joint, JointId, Pose, Rig};
+use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
 
 use crate::bvh::Layout;
+use crate::bvh::channel::{Channels, DEFAULT_ORDER};
+use crate::bvh::tree::{Entry, Kind, Tree};
 use crate::bvh::write_plan::{JointPlan, Plan};
 use crate::error::{Error, Fault};
+use crate::gltf::Source;
 use crate::gltf::write::check_pose;
 use crate::loaded::Loaded;
 use crate::names::Namer;
+use crate::warning::{Warning, Warnings, short};
+use crate::written::Written;
 
 /// Seconds from frame to frame where nothing says how many.
 const FRAME_TIME: f64 = 1.0 / 30.0;
 
 /// A pose as a BVH file of one frame. The [module](crate::bvh) says how a rig is written; [`Loaded::from_rig`]
-/// makes one of a rig that was not read from a file.
+/// makes one of a rig that was not read from a file. [`write_pose`](crate::write_pose) tells besides which joints had
+/// to be called otherwise.
 ///
 /// # Errors
 /// When the pose has other joints than `loaded` or is not valid.
 pub fn write_bvh_pose(loaded: &Loaded, pose: &Pose) -> Result<Vec<u8>, Error> {
-    let frame_time = loaded.layout.as_ref().map_or(FRAME_TIME, |l| l.frame_time);
-    check_pose(loaded, pose, "the pose")
-        .and_then(|()| write(loaded, std::slice::from_ref(pose), frame_time))
-        .map_err(|fault| fault.in_file(file_name(loaded)))
+    pose_file(loaded, pose).map(|written| written.bytes)
 }
 
 /// A clip as a BVH file, starting at 0 s. The [module](crate::bvh) says how a rig is written;
-/// [`Loaded::from_rig`] makes one of a rig that was not read from a file.
+/// [`Loaded::from_rig`] makes one of a rig that was not read from a file. [`write_clip`](crate::write_clip) tells
+/// besides which joints had to be called otherwise.
 ///
 /// BVH has frames at even steps. A clip at even times (within a thousandth of the step) is written pose by
 /// pose; any other is sampled ([`Clip::sample`]) from its first to its last time, at its smallest step or a
@@ -38,11 +42,24 @@ pub fn write_bvh_pose(loaded: &Loaded, pose: &Pose) -> Result<Vec<u8>, Error> {
 /// # Errors
 /// When the clip has other joints than `loaded` or a pose is not valid.
 pub fn write_bvh_clip(loaded: &Loaded, clip: &Clip) -> Result<Vec<u8>, Error> {
+    clip_file(loaded, clip).map(|written| written.bytes)
+}
+
+pub(crate) fn pose_file(loaded: &Loaded, pose: &Pose) -> Result<Written, Error> {
+    let frame_time = loaded.layout.as_ref().map_or(FRAME_TIME, |l| l.frame_time);
+    check_pose(loaded, pose, "the pose")
+        .and_then(|()| write(loaded, std::slice::from_ref(pose), frame_time))
+        .map_err(|fault| fault.in_file(file_name(loaded)))
+}
+
+pub(crate) fn clip_file(loaded: &Loaded, clip: &Clip) -> Result<Written, Error> {
     let frame_time = loaded.layout.as_ref().map_or(FRAME_TIME, |l| l.frame_time);
     let checked = clip.poses().iter().try_for_each(|pose| check_pose(loaded, pose, "the clip"));
     checked
         .and_then(|()| {
-            let (poses, frame_time) = even(clip, frame_time);
+            // The file's own angles stay as they are.
+            let continued = if loaded.layout.is_some() { clip.clone() } else { clip.clone().unwrapped() };
+            let (poses, frame_time) = even(&continued, frame_time);
             write(loaded, &poses, frame_time)
         })
         .map_err(|fault| fault.in_file(file_name(loaded)))
@@ -75,16 +92,26 @@ fn even(clip: &Clip, of_one: f64) -> (Cow<'_, [Pose]>, f64) {
     (Cow::Owned(sampled), step)
 }
 
-fn write(loaded: &Loaded, poses: &[Pose], frame_time: f64) -> Result<Vec<u8>, Fault> {
-    let layout = loaded.layout.as_deref();
-    let plan = Plan::new(&loaded.rig, layout, poses)?;
+fn write(loaded: &Loaded, poses: &[Pose], frame_time: f64) -> Result<Written, Fault> {
+    let (rig, layout) = (&loaded.rig, loaded.layout.as_deref());
+    let tree = tree(loaded, poses);
+    let plan = Plan::new(rig, layout, &tree, poses)?;
+    let mut warnings = Warnings::default();
+    let names = names(rig, layout, &tree, &plan, &mut warnings);
     let mut out = Output { bytes: Vec::new(), length_decimals: decimals(plan.extent) };
-    let order = write_hierarchy(&mut out, &loaded.rig, layout, &plan);
+    write_hierarchy(&mut out, rig, &tree, &plan, &names);
     out.text(&format!("MOTION\nFrames: {}\nFrame Time: {frame_time}\n", poses.len()));
     let mut frame = Vec::new();
+    let mut before = vec![None; tree.entries.len()];
     for pose in poses {
         frame.clear();
-        order.iter().for_each(|id| frame.extend(plan.numbers(pose, *id)));
+        for (entry, before) in tree.entries.iter().zip(&mut before) {
+            match entry.kind {
+                Kind::Joint(id) => frame.extend(plan.numbers(pose, id, before)),
+                Kind::Join => frame.extend([(0.0, false); 6]),
+                Kind::EndSite(_) | Kind::Tip(_) => {}
+            }
+        }
         let lengths = frame.iter().filter(|(_, is_length)| *is_length).map(|(value, _)| value.abs());
         out.length_decimals = decimals(lengths.fold(plan.extent, f64::max));
         let mut separator = "";
@@ -95,37 +122,55 @@ fn write(loaded: &Loaded, poses: &[Pose], frame_time: f64) -> Result<Vec<u8>, Fa
         }
         out.text("\n");
     }
-    Ok(out.bytes)
+    Ok(Written { bytes: out.bytes, warnings: warnings.into_vec() })
 }
 
-/// Writes the tree; the order in which joints stand in it. Without recursion, for rigs of any depth.
-fn write_hierarchy(out: &mut Output, rig: &Rig, layout: Option<&Layout>, plan: &Plan) -> Vec<JointId> {
-    let mut children: Vec<Vec<JointId>> = vec![Vec::new(); rig.n_joints()];
-    // From the last to the first, since what is stacked last is written first.
-    let mut stack = Vec::new();
-    for id in rig.ids().rev() {
-        match rig.get(id).and_then(|j| j.parent) {
-            Some(parent) => children[parent.index()].push(id),
-            None => stack.push((id, 0)),
-        }
+/// What is written of a rig: all of a BVH file's own, else its skeleton, be it that the rig or the poses move it.
+fn tree(loaded: &Loaded, poses: &[Pose]) -> Tree {
+    let rig = &loaded.rig;
+    if loaded.layout.is_some() {
+        return Tree::of_file(rig);
     }
-    let names = names(rig, layout, plan);
-    let mut order = Vec::with_capacity(rig.n_joints());
+    let moved = poses.first().map_or(rig, Pose::rig);
+    let matters = |id: JointId| {
+        let moves = |rig: &Rig| rig.get(id).is_some_and(|joint| joint.motion != Motion::Fixed);
+        moves(rig) || moves(moved) || rig.get(id).is_some_and(|joint| joint.role.is_some())
+    };
+    let things = loaded.source().map(Source::things).unwrap_or_default();
+    Tree::of_body(rig, matters, |id| things.get(id.index()) == Some(&true))
+}
+
+/// What the root over several trees has.
+fn join_channels() -> Channels {
+    Channels::complete(DEFAULT_ORDER, true)
+}
+
+/// Writes the tree, `names` beside its entries.
+fn write_hierarchy(out: &mut Output, rig: &Rig, tree: &Tree, plan: &Plan, names: &[Cow<'_, [u8]>]) {
     out.text("HIERARCHY\n");
     let mut n_open = 0;
-    while let Some((id, depth)) = stack.pop() {
+    for (entry, name) in tree.entries.iter().zip(names) {
+        let depth = entry.depth;
         for depth in (depth..n_open).rev() {
             out.line(depth, "}");
         }
         n_open = depth + 1;
-        let Some(joint) = plan.joints.get(id.index()) else { continue };
+        let of_joint = |id: JointId| plan.joints.get(id.index()).copied().unwrap_or(JointPlan::FIXED);
+        let (offset, channels) = match entry.kind {
+            Kind::Joint(id) | Kind::EndSite(id) => {
+                let joint = of_joint(id);
+                (joint.offset, (!joint.is_end_site).then_some(joint.channels))
+            }
+            Kind::Join => ([0.0; 3], Some(join_channels())),
+            Kind::Tip(id) => (plan.tip(rig, id), None),
+        };
         out.indent(depth);
-        out.text(match (joint.is_end_site, depth) {
-            (true, _) => "End Site",
-            (false, 0) => "ROOT",
-            (false, _) => "JOINT",
+        out.text(match (channels, depth) {
+            (None, _) => "End Site",
+            (Some(_), 0) => "ROOT",
+            (Some(_), _) => "JOINT",
         });
-        if let Some(name) = names.get(id.index()).filter(|name| !name.is_empty()) {
+        if !name.is_empty() {
             out.text(" ");
             out.bytes.extend_from_slice(name);
         }
@@ -133,53 +178,69 @@ fn write_hierarchy(out: &mut Output, rig: &Rig, layout: Option<&Layout>, plan: &
         out.line(depth, "{");
         out.indent(depth + 1);
         out.text("OFFSET");
-        for value in joint.offset {
+        for value in offset {
             out.text(" ");
             out.number(value, true);
         }
         out.text("\n");
-        if !joint.is_end_site {
-            let channels = joint.channels.as_slice();
-            let words: String = channels.iter().map(|c| format!(" {}", c.name())).collect();
+        if let Some(channels) = channels {
+            let words: String = channels.as_slice().iter().map(|c| format!(" {}", c.name())).collect();
             out.line(depth + 1, &format!("CHANNELS {}{words}", channels.len()));
         }
-        order.push(id);
-        stack.extend(children[id.index()].iter().map(|child| (*child, depth + 1)));
     }
     for depth in (0..n_open).rev() {
         out.line(depth, "}");
     }
-    order
 }
 
-/// The names as they are written, empty for none: as they stood in a BVH file, else such that every reader
-/// takes them for one word.
-fn names<'r>(rig: &'r Rig, layout: Option<&'r Layout>, plan: &Plan) -> Vec<Cow<'r, [u8]>> {
-    let joints = (0u32..).zip(rig.joints().iter().zip(&plan.joints));
+/// The names of a tree's entries as they are written, empty for none: as they stood in a BVH file, else such that
+/// every reader takes them for one word.
+fn names<'r>(
+    rig: &'r Rig,
+    layout: Option<&'r Layout>,
+    tree: &Tree,
+    plan: &Plan,
+    warnings: &mut Warnings,
+) -> Vec<Cow<'r, [u8]>> {
+    let own = |id: JointId| rig.get(id).map_or("", |joint| joint.name.as_str());
     if let Some(layout) = layout {
-        let name = |(idx, (joint, plan)): (u32, (&'r Joint, &JointPlan))| match layout.name(idx) {
-            Some(name) => Cow::Borrowed(name),
-            None if plan.is_end_site => Cow::default(),
-            None => Cow::Borrowed(joint.name.as_bytes()),
+        let name = |entry: &Entry| match entry.kind {
+            Kind::Joint(id) | Kind::EndSite(id) => match layout.name(id.index() as u32) {
+                Some(name) => Cow::Borrowed(name),
+                None if plan.joints.get(id.index()).is_some_and(|joint| joint.is_end_site) => Cow::default(),
+                None => Cow::Borrowed(own(id).as_bytes()),
+            },
+            Kind::Join | Kind::Tip(_) => Cow::default(),
         };
-        return joints.map(name).collect();
+        return tree.entries.iter().map(name).collect();
     }
     let is_bad = |c: char| c.is_whitespace() || c.is_control() || matches!(c, '{' | '}');
-    let words: Vec<String> = rig.joints().iter().map(|j| j.name.replace(is_bad, "_")).collect();
+    let word = |entry: &Entry| match entry.kind {
+        Kind::Joint(id) => own(id).replace(is_bad, "_"),
+        Kind::Join => "root".to_owned(),
+        Kind::EndSite(_) | Kind::Tip(_) => String::new(),
+    };
+    let words: Vec<String> = tree.entries.iter().map(word).collect();
+    // Who bears a name keeps it before one whose name only became the same.
     let mut first: HashMap<&str, u32> = HashMap::new();
-    for (idx, word) in (0u32..).zip(&words) {
-        first.entry(word).or_insert(idx);
+    let kept = |idx: usize| matches!(tree.entries.get(idx), Some(Entry { kind: Kind::Joint(id), .. }) if own(*id) == words[idx]);
+    let (keep, rest): (Vec<usize>, Vec<usize>) = (0..words.len()).partition(|idx| kept(*idx));
+    for idx in keep.into_iter().chain(rest).filter(|idx| !words[*idx].is_empty()) {
+        first.entry(&words[idx]).or_insert(idx as u32);
     }
     let mut namer = Namer::new(&first);
-    let unique = joints.zip(&words).map(|((idx, (_, plan)), word)| {
-        let is_own = first.get(word.as_str()) == Some(&idx);
-        match (plan.is_end_site, is_own) {
-            (true, _) => Cow::default(),
-            (false, true) => Cow::Owned(word.clone().into_bytes()),
-            (false, false) => Cow::Owned(namer.give(word, false).into_bytes()),
+    let mut names = Vec::with_capacity(words.len());
+    for (idx, (entry, word)) in tree.entries.iter().zip(&words).enumerate() {
+        let is_own = word.is_empty() || first.get(word.as_str()) == Some(&(idx as u32));
+        let name = if is_own { word.clone() } else { namer.give(word, false) };
+        if let Kind::Joint(id) = entry.kind
+            && own(id) != name
+        {
+            warnings.push(|| Warning::NameWritten { joint: short(own(id)), written: short(&name) });
         }
-    });
-    unique.collect()
+        names.push(Cow::Owned(name.into_bytes()));
+    }
+    names
 }
 
 /// Digits after the point that leave lengths twelve significant ones, measured by the largest.

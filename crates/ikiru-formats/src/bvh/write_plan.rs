@@ -3,8 +3,10 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{EulerOrder, JointId, Motion, Pose, Rig};
 
+use crate::bvh::angles::{TINY_DEG, nearest};
 use crate::bvh::channel::{Channel, Channels, DEFAULT_ORDER};
-use crate::bvh::{Layout, are_in_place};
+use crate::bvh::tree::{Entry, Kind, Tree, is_turned};
+use crate::bvh::{JointLayout, Layout, are_in_place};
 use crate::error::{ErrorKind, Fault};
 
 /// How all joints are written.
@@ -16,6 +18,8 @@ pub(super) struct Plan {
     in_place: bool,
     /// The largest component of an offset, in the file's unit.
     pub(super) extent: f64,
+    /// The joint that stands for all above it, and where its parent is in the world.
+    top: Option<(JointId, DQuat, DVec3)>,
 }
 
 /// How one joint is written.
@@ -32,38 +36,73 @@ pub(super) struct JointPlan {
 struct Local {
     /// In the file's unit.
     position: [f64; 3],
-    /// x, y, z in degrees.
+    /// x, y, z in radians.
     angles: [f64; 3],
 }
 
-/// Degrees that are no rotation.
-const TINY_ANGLE: f64 = 1e-9;
-
 impl Plan {
     /// For poses of a rig; `layout` is that of the file which the rig was read from.
-    pub(super) fn new(rig: &Rig, layout: Option<&Layout>, poses: &[Pose]) -> Result<Self, Fault> {
+    pub(super) fn new(
+        rig: &Rig,
+        layout: Option<&Layout>,
+        tree: &Tree,
+        poses: &[Pose],
+    ) -> Result<Self, Fault> {
         let scale = layout.map_or(1.0, |l| l.scale);
-        let mut has_child = vec![false; rig.n_joints()];
-        for parent in rig.joints().iter().filter_map(|j| j.parent) {
-            has_child[parent.index()] = true;
-        }
-        let joints = rig.ids().zip(&has_child).map(|(id, has_child)| {
-            match layout.and_then(|l| l.joints.get(id.index())) {
-                Some(of_file) => JointPlan {
-                    offset: of_file.offset,
-                    channels: of_file.channels,
-                    is_end_site: of_file.is_end_site && !has_child && of_file.channels.len() == 0,
-                    order: of_file.channels.order(),
-                },
-                None => JointPlan::of_rig(rig, id, *has_child),
+        let top = match (layout, tree.entries.first()) {
+            (None, Some(Entry { kind: Kind::Joint(top), .. })) => {
+                Some((*top, tree.world_from_top.0, tree.world_from_top.1))
             }
-        });
+            _ => None,
+        };
+        let mut joints: Vec<JointPlan> = match layout {
+            Some(layout) => layout.joints.iter().map(JointPlan::of_file).collect(),
+            None => {
+                rig.ids().map(|id| JointPlan::of_rig(rig, id, top.is_some_and(|top| top.0 == id))).collect()
+            }
+        };
+        for (idx, entry) in tree.entries.iter().enumerate() {
+            let has_child = tree.entries.get(idx + 1).is_some_and(|next| next.depth > entry.depth);
+            match entry.kind {
+                Kind::EndSite(id) => {
+                    joints[id.index()].channels = Channels::NONE;
+                    joints[id.index()].is_end_site = true;
+                }
+                Kind::Joint(id) => joints[id.index()].is_end_site &= !has_child,
+                Kind::Join | Kind::Tip(_) => {}
+            }
+        }
         let in_place = layout.is_some_and(|l| l.in_place);
-        let mut plan = Self { joints: joints.collect(), scale, in_place, extent: 0.0 };
+        let mut plan = Self { joints, scale, in_place, extent: 0.0, top };
         let means = plan.fit(poses)?;
         plan.make_clear(&means);
         plan.extent = plan.joints.iter().flat_map(|j| j.offset).fold(0.0, |m, c| m.max(c.abs()));
         Ok(plan)
+    }
+
+    /// A joint's rest transform, in metres.
+    fn rest(&self, rig: &Rig, id: JointId) -> (DQuat, DVec3) {
+        let Some(joint) = rig.get(id) else { return (DQuat::IDENTITY, DVec3::ZERO) };
+        let (rotation, translation) = (joint.rest_rotation, joint.rest_translation);
+        match self.top {
+            Some((top, above, origin)) if top == id => {
+                let rotation = if is_turned(above) { (above * rotation).normalize() } else { rotation };
+                (rotation, above * translation + origin)
+            }
+            _ => (rotation, translation),
+        }
+    }
+
+    /// Where a joint ends that has nothing below it, in its own axes and the file's unit: its bone goes on as far as it
+    /// came.
+    pub(super) fn tip(&self, rig: &Rig, id: JointId) -> [f64; 3] {
+        let is_top = self.top.is_some_and(|top| top.0 == id);
+        match rig.get(id) {
+            Some(joint) if !is_top => {
+                (joint.rest_rotation.inverse() * joint.rest_translation / self.scale).to_array()
+            }
+            _ => [0.0; 3],
+        }
     }
 
     /// Gives joints more channels where those that they have do not hold all poses. The mean position
@@ -71,8 +110,10 @@ impl Plan {
     fn fit(&mut self, poses: &[Pose]) -> Result<Vec<[f64; 3]>, Fault> {
         let mut means = vec![[0.0; 3]; self.joints.len()];
         for pose in poses {
-            for (id, (joint, mean)) in pose.rig().ids().zip(self.joints.iter_mut().zip(&mut means)) {
-                let local = joint.local(pose, id, self.scale);
+            for (id, mean) in pose.rig().ids().zip(&mut means) {
+                let rest = self.rest(pose.rig(), id);
+                let Some(joint) = self.joints.get_mut(id.index()) else { continue };
+                let local = joint.local(pose, id, rest, self.scale, None);
                 let extent = local.position.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
                 if extent > 1e100 {
                     let found = local.position.to_vec();
@@ -104,10 +145,17 @@ impl Plan {
         }
     }
 
-    /// The numbers of a joint in a frame, with whether each is a length.
-    pub(super) fn numbers(&self, pose: &Pose, id: JointId) -> impl Iterator<Item = (f64, bool)> + use<> {
+    /// The numbers of a joint in a frame, with whether each is a length. `before` are the joint's angles in the frame
+    /// before, which these go on from.
+    pub(super) fn numbers(
+        &self,
+        pose: &Pose,
+        id: JointId,
+        before: &mut Option<[f64; 3]>,
+    ) -> impl Iterator<Item = (f64, bool)> + use<> {
         let joint = self.joints.get(id.index()).copied().unwrap_or(JointPlan::FIXED);
-        let local = joint.local(pose, id, self.scale);
+        let local = joint.local(pose, id, self.rest(pose.rig(), id), self.scale, *before);
+        *before = Some(local.angles);
         let base = if self.in_place { [0.0; 3] } else { joint.offset };
         (0..joint.channels.len()).filter_map(move |idx| {
             let channel = joint.channels.as_slice().get(idx)?;
@@ -115,18 +163,25 @@ impl Plan {
             Some(if channel.is_position {
                 (local.position[axis] - base[axis], true)
             } else {
-                (local.angles[axis], false)
+                (local.angles[axis].to_degrees(), false)
             })
         })
     }
 }
 
 impl JointPlan {
-    const FIXED: Self =
+    pub(super) const FIXED: Self =
         Self { offset: [0.0; 3], channels: Channels::NONE, is_end_site: false, order: DEFAULT_ORDER };
 
+    /// As it stands in the file that it was read from.
+    fn of_file(of_file: &JointLayout) -> Self {
+        let JointLayout { offset, channels, .. } = *of_file;
+        let is_end_site = of_file.is_end_site && channels.len() == 0;
+        Self { offset, channels, is_end_site, order: channels.order() }
+    }
+
     /// Of a rig that was not read from BVH.
-    fn of_rig(rig: &Rig, id: JointId, has_child: bool) -> Self {
+    fn of_rig(rig: &Rig, id: JointId, is_top: bool) -> Self {
         let Some(joint) = rig.get(id) else { return Self::FIXED };
         let order = match joint.motion {
             Motion::Euler { order, .. } => order,
@@ -135,14 +190,10 @@ impl JointPlan {
         let translates = matches!(joint.motion, Motion::Free { .. } | Motion::Slider { .. });
         let all = |with_positions| Channels::complete(order, with_positions);
         let offset = joint.rest_translation.to_array();
-        let is_turned = joint.rest_rotation.xyz().length() > 1e-12;
         let plan = |offset, channels| Self { offset, channels, is_end_site: false, order };
-        match (joint.motion, hinge_axis(&joint.motion)) {
-            _ if joint.parent.is_none() || translates => plan([0.0; 3], all(true)),
-            (Motion::Fixed, _) if !has_child && !is_turned => {
-                Self { offset, channels: Channels::NONE, is_end_site: true, order }
-            }
-            (_, Some((axis, _))) if !is_turned => {
+        match hinge_axis(&joint.motion) {
+            _ if is_top || joint.parent.is_none() || translates => plan([0.0; 3], all(true)),
+            Some((axis, _)) if !is_turned(joint.rest_rotation) => {
                 let channels = Channels::one(Channel::rotation(axis as u8));
                 // Should a pose need all three after all, the hinge's own stays the first.
                 Self { offset, channels, is_end_site: false, order: channels.order() }
@@ -151,11 +202,19 @@ impl JointPlan {
         }
     }
 
-    /// A joint's rest times motion in a pose.
-    fn local(&self, pose: &Pose, id: JointId, scale: f64) -> Local {
+    /// A joint's rest times motion in a pose; of angles that are equal those nearest to the ones `before`.
+    fn local(
+        &self,
+        pose: &Pose,
+        id: JointId,
+        rest: (DQuat, DVec3),
+        scale: f64,
+        before: Option<[f64; 3]>,
+    ) -> Local {
         let Some(joint) = pose.rig().get(id) else { return Local { position: [0.0; 3], angles: [0.0; 3] } };
-        let position = joint.rest_translation + joint.rest_rotation * pose.translation(id);
-        let is_turned = joint.rest_rotation.xyz().length() > 1e-12;
+        let (rotation, translation) = rest;
+        let position = translation + rotation * pose.translation(id);
+        let is_turned = is_turned(rotation);
         let value = pose.value(id).unwrap_or_default();
         let angles = match (joint.motion, hinge_axis(&joint.motion)) {
             // Their own angles, which may be more than a turn.
@@ -167,24 +226,13 @@ impl JointPlan {
                 angles[axis] = sign * value;
                 angles
             }
-            _ => self.canonical((joint.rest_rotation * pose.rotation(id)).normalize()),
+            _ => {
+                let present =
+                    std::array::from_fn(|axis| self.channels.contains(Channel::rotation(axis as u8)));
+                nearest(self.order, (rotation * pose.rotation(id)).normalize(), present, before)
+            }
         };
-        Local { position: (position / scale).to_array(), angles: angles.map(f64::to_degrees) }
-    }
-
-    /// The angles of a rotation; those without a third angle, if it has only two channels and such exist.
-    fn canonical(&self, q: DQuat) -> [f64; 3] {
-        let angles = canonical_angles(self.order, q);
-        let [first, middle, last] = self.order.axes();
-        if self.channels.n_rotations() != 2 || angles[last].abs().to_degrees() <= TINY_ANGLE {
-            return angles;
-        }
-        let mut other = angles;
-        for axis in [first, last] {
-            other[axis] -= std::f64::consts::PI.copysign(angles[axis]);
-        }
-        other[middle] = std::f64::consts::PI.copysign(angles[middle]) - angles[middle];
-        if other[last].abs().to_degrees() <= TINY_ANGLE { other } else { angles }
+        Local { position: (position / scale).to_array(), angles }
     }
 
     /// Makes the channels complete if they cannot hold a transform.
@@ -195,7 +243,8 @@ impl JointPlan {
                 && (local.position[axis] - self.offset[axis]).abs() > 1e-12 * length
         });
         let lacks_rotation = (0..3).any(|axis| {
-            !self.channels.contains(Channel::rotation(axis as u8)) && local.angles[axis].abs() > TINY_ANGLE
+            !self.channels.contains(Channel::rotation(axis as u8))
+                && local.angles[axis].abs().to_degrees() > TINY_DEG
         });
         if lacks_rotation {
             self.channels = self.channels.with_all_rotations(self.order);
@@ -214,16 +263,4 @@ fn hinge_axis(motion: &Motion) -> Option<(usize, f64)> {
         let sign = axis[k].signum();
         ((*axis - DVec3::AXES[k] * sign).length() < 1e-12).then_some((k, sign))
     })
-}
-
-/// The middle angle within ±π/2, the others within ±π. The last is computed from what the others leave, so
-/// that the product is exact also near gimbal lock.
-fn canonical_angles(order: EulerOrder, q: DQuat) -> [f64; 3] {
-    let mut angles = order.angles(q);
-    let [_, _, last] = order.axes();
-    angles[last] = 0.0;
-    let left = order.quaternion(angles).inverse() * q;
-    let along = left.to_array()[last];
-    angles[last] = 2.0 * if left.w < 0.0 { (-along).atan2(-left.w) } else { along.atan2(left.w) };
-    angles
 }

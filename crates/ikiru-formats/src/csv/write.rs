@@ -18,7 +18,8 @@ use crate::motion::{aligned_rotations, floating_root};
 /// | `NAME.offset` | offset of a slider, in metres |
 ///
 /// Joints stand in the order of `joints`; fixed ones, and ids that the rig does not have, have no column.
-/// Numbers have as many digits as bring back the same bits.
+/// Numbers have as many digits as bring back the same bits. Angles without limits go on from row to row and may be
+/// more than a turn ([`Clip::unwrapped`]).
 ///
 /// ```
 /// use ikiru_rig::Clip;
@@ -45,7 +46,7 @@ fn write(clip: &Clip, joints: &[JointId]) -> Result<Vec<u8>, Fault> {
     if !clip.poses().iter().all(Pose::is_valid) {
         return Err(ErrorKind::InvalidPose { what: "the clip" }.into());
     }
-    let columns = columns(clip, joints);
+    let columns = columns(&clip.clone().unwrapped(), joints);
     let mut table = csv::Writer::from_writer(Vec::new());
     let failed = |error: csv::Error| ErrorKind::Io { doing: "write the table", source: error.into() };
     table.write_record(columns.iter().map(|column| &column.name)).map_err(failed)?;

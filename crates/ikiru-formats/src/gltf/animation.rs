@@ -1,16 +1,15 @@
-//! Animations as clips: all channels of one animation that move joints, sampled at the union of their key times.
+//! One animation as a clip: all its channels that move joints, sampled at the union of their key times.
 
 use std::borrow::Cow;
-use std::cell::{Cell, OnceCell};
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::DVec3;
 use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
 use serde::Deserialize;
-use serde_json::value::RawValue;
 
 use crate::gltf::accessor::{At, Data, Kind};
-use crate::gltf::document::{Capped, Document, parse_part};
+use crate::gltf::document::parse_part;
 use crate::gltf::problem::DataProblem;
 use crate::gltf::source::Binding;
 use crate::gltf::track::{Budget, Interpolation, MotionOf, Track, sample, union};
@@ -21,8 +20,6 @@ use crate::warning::{Warning, Warnings, short};
 #[derive(Deserialize)]
 #[serde(expecting = "an animation object")]
 struct AnimationEntry<'a> {
-    #[serde(default)]
-    name: String,
     #[serde(borrow)]
     channels: Vec<ChannelEntry<'a>>,
     samplers: Vec<SamplerEntry>,
@@ -54,82 +51,45 @@ struct SamplerEntry {
 }
 
 /// What the clips are for. What is asked of the whole rig is asked once: a clip may be short and a rig large.
-pub(crate) struct Scene<'s> {
-    pub(crate) rig: &'s Rig,
-    pub(crate) bindings: &'s [Binding],
-    pub(crate) joint_of_node: &'s [u32],
+pub(super) struct Scene<'s> {
+    pub(super) rig: &'s Rig,
+    pub(super) bindings: &'s [Binding],
+    pub(super) joint_of_node: &'s [u32],
 }
 
 /// The rig at rest, and its size once that is needed.
-struct AtRest {
-    pose: Pose,
-    size: OnceCell<f64>,
+pub(super) struct AtRest {
+    pub(super) pose: Pose,
+    pub(super) size: OnceCell<f64>,
 }
 
-/// All clips of a document; what cannot be read becomes a warning. `buffers` holds each buffer's bytes.
-pub(crate) fn clips<'d>(
-    document: &Document<'d>,
-    buffers: Vec<Result<&[u8], String>>,
-    scene: &Scene<'_>,
-    n_bytes: usize,
-    warnings: &mut Warnings,
-) -> Vec<Clip> {
-    let Some(animations) = document.animations else { return Vec::new() };
-    let dropped = |(place, problem)| Warning::Animations { place, problem };
-    let shape = |(place, message)| (place, DataProblem::Shape(message));
-    let animations: Capped<&RawValue> = match parse_part(animations.get(), "/animations").map_err(shape) {
-        Ok(list) => list,
-        Err(fault) => {
-            warnings.push(|| dropped(fault));
-            return Vec::new();
-        }
-    };
-    if animations.is_empty() {
-        return Vec::new();
-    }
-    let list = |part: Option<&'d RawValue>| part.map_or("[]", RawValue::get);
-    let accessors = parse_part(list(document.accessors), "/accessors").map_err(shape);
-    let views = parse_part(list(document.buffer_views), "/bufferViews").map_err(shape);
-    let (accessors, views) = match (accessors, views) {
-        (Ok(accessors), Ok(views)) => (accessors, views),
-        (Err(fault), _) | (_, Err(fault)) => {
-            warnings.push(|| dropped(fault));
-            return Vec::new();
-        }
-    };
-    let most = (n_bytes as u64).saturating_add(65_536);
-    let sparse_left = Cell::new(most);
-    let data = Data { accessors, views, buffers, most, sparse_left };
-    let at_rest = AtRest { pose: scene.rig.rest_pose(), size: OnceCell::new() };
-    let mut budget = Budget::new(n_bytes, scene.rig.n_joints());
-    let mut clips = Vec::new();
-    for (idx, text) in animations.iter().enumerate() {
-        let mut name = format!("clip_{idx}");
-        match clip(idx, text.get(), &mut name, &data, scene, &at_rest, &mut budget, warnings) {
-            Ok(clip) => clips.push(clip),
-            Err((place, problem)) => {
-                warnings.push(|| Warning::ClipDropped { clip: short(&name), place, problem });
-            }
-        }
-    }
-    clips
+/// What clips do with joints that cannot do so: one entry a joint.
+#[derive(Debug)]
+pub(crate) struct Needs {
+    pub(crate) turns: Vec<bool>,
+    pub(crate) translates: Vec<bool>,
 }
 
-fn clip(
+impl Needs {
+    pub(crate) fn none(rig: &Rig) -> Self {
+        Self { turns: vec![false; rig.n_joints()], translates: vec![false; rig.n_joints()] }
+    }
+}
+
+/// The clip of one animation, under a name.
+pub(super) fn clip(
     idx: usize,
     text: &str,
-    name: &mut String,
+    name: &str,
     data: &Data<'_>,
     scene: &Scene<'_>,
     at_rest: &AtRest,
     budget: &mut Budget,
     warnings: &mut Warnings,
+    needs: Option<&mut Needs>,
 ) -> At<Clip> {
     let entry: AnimationEntry<'_> = parse_part(text, &format!("/animations/{idx}"))
         .map_err(|(place, message)| (place, DataProblem::Shape(message)))?;
-    if !entry.name.is_empty() {
-        name.clone_from(&entry.name);
-    }
     let mut reader = Reader {
         at: format!("/animations/{idx}"),
         entry: &entry,
@@ -138,6 +98,7 @@ fn clip(
         at_rest,
         times: HashMap::new(),
         ignored: BTreeMap::new(),
+        needs,
     };
     let mut tracks = Vec::new();
     let mut targets = HashSet::new();
@@ -174,6 +135,8 @@ struct Reader<'r, 'b> {
     times: HashMap<u32, Vec<f64>>,
     /// Channels that change nothing a rig has: how many by path, and the first one's node.
     ignored: BTreeMap<String, (usize, String)>,
+    /// Where what joints lack for them is noted.
+    needs: Option<&'r mut Needs>,
 }
 
 impl<'b> Reader<'_, 'b> {
@@ -269,6 +232,13 @@ impl<'b> Reader<'_, 'b> {
         };
         if changes {
             self.ignore(&channel.target.path, node, joint);
+            if let Some(needs) = self.needs.as_deref_mut() {
+                match &*channel.target.path {
+                    "rotation" => needs.turns[id.index()] = true,
+                    "translation" => needs.translates[id.index()] = true,
+                    _ => {}
+                }
+            }
         }
         Ok(None)
     }

@@ -11,6 +11,17 @@ pub(crate) const BIN_CHUNK: u32 = 0x004E_4942;
 /// The first four bytes.
 pub(crate) const MAGIC: &[u8; 4] = b"glTF";
 
+/// What a document is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Container {
+    /// Binary: `.glb`.
+    Binary,
+    /// The same, of a VRM avatar: `.vrm`.
+    Vrm,
+    /// Text alone: `.gltf`.
+    Text,
+}
+
 /// Where the parts of a file lie in its bytes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parts {

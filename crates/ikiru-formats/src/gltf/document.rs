@@ -28,13 +28,7 @@ pub(crate) struct Document<'a> {
     pub(crate) skins: Capped<Skin>,
     #[serde(default)]
     pub(crate) buffers: Capped<BufferEntry>,
-    // Read later, and only by what needs them: a fault in there does not keep a user from the rig.
-    #[serde(borrow)]
-    pub(crate) buffer_views: Option<&'a RawValue>,
-    #[serde(borrow)]
-    pub(crate) accessors: Option<&'a RawValue>,
-    #[serde(borrow)]
-    pub(crate) animations: Option<&'a RawValue>,
+    // Read later, as clips are, and only by what needs it: a fault in there does not keep a user from the rig.
     #[serde(borrow)]
     pub(crate) extensions: Option<&'a RawValue>,
 }

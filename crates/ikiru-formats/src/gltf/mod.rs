@@ -5,8 +5,9 @@
 //! and keeps no text to pass through.
 
 mod accessor;
-mod animation;
+pub(crate) mod animation;
 mod buffer;
+pub(crate) mod clips;
 pub(crate) mod container;
 pub(crate) mod document;
 mod names;
@@ -21,6 +22,6 @@ mod uri;
 pub(crate) mod write;
 pub(crate) mod write_animation;
 
-pub(crate) use container::{JSON_CHUNK, MAGIC};
+pub(crate) use container::{Container, JSON_CHUNK, MAGIC};
 pub use problem::DataProblem;
 pub use source::Source;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder, Role};
 
 use crate::error::{Error, ErrorKind, Fault, Place};
-use crate::gltf::animation::{self, Scene};
 use crate::gltf::buffer;
+use crate::gltf::clips::clips;
 use crate::gltf::container::{self, Parts};
 use crate::gltf::document::{Document, Node, Skin};
 use crate::gltf::names::new_names;
@@ -71,16 +71,6 @@ pub(crate) fn load(
     let rig = builder.build().map_err(ErrorKind::from)?;
 
     let buffers = buffer::resolve(&document.buffers, parts.bin.clone(), folder)?;
-    let bytes = buffers.iter().map(|b| match b {
-        buffer::Buffer::Missing(reason) => Err(reason.clone()),
-        found => found.bytes(&file).ok_or_else(|| "it is empty".to_owned()),
-    });
-    let scene = Scene { rig: &rig, bindings: &bindings, joint_of_node: &joint_of_node };
-    let n_bytes = buffers.iter().fold(file.len(), |sum, b| match b {
-        buffer::Buffer::External(bytes) => sum.saturating_add(bytes.len()),
-        _ => sum,
-    });
-    let clips = animation::clips(&document, bytes.collect(), &scene, n_bytes, &mut warnings);
     drop(document);
     let source = Source {
         name: name.to_owned(),
@@ -91,7 +81,9 @@ pub(crate) fn load(
         others: parts.others,
         buffers,
         bindings,
+        version: humanoid.version,
     };
+    let clips = clips(&source, &rig, &mut warnings, None);
     let loaded = Loaded {
         clips,
         warnings: warnings.into_vec(),

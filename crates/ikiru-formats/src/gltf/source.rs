@@ -2,8 +2,11 @@
 
 use std::ops::Range;
 
+use serde::Deserialize;
+
 use crate::gltf::buffer::Buffer;
 use crate::gltf::transform::HalfTurn;
+use crate::vrm::read::Version;
 
 /// How a joint hangs together with its node.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +34,8 @@ pub struct Source {
     pub(crate) others: Range<usize>,
     pub(crate) buffers: Vec<Buffer>,
     pub(crate) bindings: Vec<Binding>,
+    /// The extension that tells its humanoid bones.
+    pub(crate) version: Version,
 }
 
 impl Source {
@@ -45,6 +50,26 @@ impl Source {
     pub fn json(&self) -> &str {
         let text = self.file.get(self.json.clone()).unwrap_or_default();
         std::str::from_utf8(text).unwrap_or_default()
+    }
+
+    /// For each joint, whether its node is there to show a mesh or for a camera.
+    pub(crate) fn things(&self) -> Vec<bool> {
+        #[derive(Deserialize)]
+        struct Nodes {
+            #[serde(default)]
+            nodes: Vec<Thing>,
+        }
+        #[derive(Deserialize)]
+        struct Thing {
+            mesh: Option<u32>,
+            camera: Option<u32>,
+        }
+        // The text was valid when it was read; what these two members hold does not matter to a rig.
+        let Ok(Nodes { nodes }) = serde_json::from_str(self.json()) else { return Vec::new() };
+        let is_thing = |binding: &Binding| {
+            nodes.get(binding.node as usize).is_some_and(|node| node.mesh.is_some() || node.camera.is_some())
+        };
+        self.bindings.iter().map(is_thing).collect()
     }
 }
 

@@ -2,10 +2,11 @@
 
 use glam::DQuat;
 use ikiru_rig::{JointId, Pose};
+use serde::Deserialize;
 
 use crate::error::{Error, ErrorKind, Fault, Place};
 use crate::gltf::buffer::Buffer;
-use crate::gltf::container;
+use crate::gltf::container::{self, Container};
 use crate::gltf::document::Node;
 use crate::gltf::patch::{Members, list, numbers, string};
 use crate::gltf::read::difference;
@@ -13,6 +14,9 @@ use crate::gltf::source::{Binding, Source};
 use crate::gltf::transform::parts;
 use crate::gltf::uri::{self, Target};
 use crate::loaded::Loaded;
+use crate::vrm::read::Version;
+use crate::warning::Warning;
+use crate::written::Written;
 
 /// The file that the rig was read from, as `.glb`, with its nodes in a pose.
 ///
@@ -20,13 +24,21 @@ use crate::loaded::Loaded;
 /// translations, of joints that translate) of nodes that moved are changed, in the nodes' own units. Buffers
 /// and images in other files are embedded; an image that cannot be found keeps its reference.
 ///
+/// Animations that move nodes are left out where the pose moves some: many viewers start the first animation
+/// that there is, and would not show the pose. [`write_pose`](crate::write_pose) says how many those were, and writes
+/// `.gltf` and `.vrm` too.
+///
 /// # Errors
 /// When the rig was not read from a glTF file, the pose has other joints or is not valid, or a buffer cannot
 /// be embedded.
 pub fn write_posed_glb(loaded: &Loaded, pose: &Pose) -> Result<Vec<u8>, Error> {
+    pose_file(loaded, pose, Container::Binary).map(|written| written.bytes)
+}
+
+pub(crate) fn pose_file(loaded: &Loaded, pose: &Pose, container: Container) -> Result<Written, Error> {
     let source = source(loaded)?;
     check_pose(loaded, pose, "the pose")
-        .and_then(|()| posed(loaded, source, pose))
+        .and_then(|()| posed(loaded, source, pose, container))
         .map_err(|f| f.in_file(&source.name))
 }
 
@@ -45,13 +57,15 @@ pub(crate) fn check_pose(loaded: &Loaded, pose: &Pose, what: &'static str) -> Re
     Ok(())
 }
 
-fn posed(loaded: &Loaded, source: &Source, pose: &Pose) -> Result<Vec<u8>, Fault> {
+fn posed(loaded: &Loaded, source: &Source, pose: &Pose, container: Container) -> Result<Written, Fault> {
     let mut out = Output::new(source)?;
+    let mut moves = false;
     for (id, binding) in loaded.rig.ids().zip(&source.bindings) {
         let (rotation, translation) = (pose.rotation(id), pose.translation(id));
         if rotation.w.abs() == 1.0 && translation == glam::DVec3::ZERO {
             continue;
         }
+        moves = true;
         out.change_node(binding, |members| {
             members.set("rotation", numbers(&node_rotation(loaded, id, binding, rotation).to_array()));
             if translation != glam::DVec3::ZERO {
@@ -59,7 +73,12 @@ fn posed(loaded: &Loaded, source: &Source, pose: &Pose) -> Result<Vec<u8>, Fault
             }
         })?;
     }
-    out.finish(source)
+    let mut warnings = Vec::new();
+    if moves {
+        let count = out.drop_animations()?;
+        warnings.extend((count > 0).then_some(Warning::ClipsLeftOut { count }));
+    }
+    Ok(Written { bytes: out.finish(source, container)?, warnings })
 }
 
 /// The node's rotation for a joint's motion.
@@ -201,14 +220,66 @@ impl<'s> Output<'s> {
         Ok(())
     }
 
-    pub(crate) fn finish(mut self, source: &Source) -> Result<Vec<u8>, Fault> {
+    /// Leaves out the animations that move nodes; how many.
+    fn drop_animations(&mut self) -> Result<usize, Fault> {
+        #[derive(Deserialize)]
+        struct Animation {
+            channels: Vec<Channel>,
+        }
+        #[derive(Deserialize)]
+        struct Channel {
+            target: ChannelTarget,
+        }
+        #[derive(Deserialize)]
+        struct ChannelTarget {
+            path: String,
+        }
+        let mut animations = self.members.list("animations").map_err(|e| shape(&e))?;
+        let before = animations.len();
+        // What cannot be read moves nothing.
+        animations.retain(|text| {
+            let channels = serde_json::from_str(text).map_or_else(|_| Vec::new(), |a: Animation| a.channels);
+            let moves = |c: &Channel| matches!(c.target.path.as_str(), "translation" | "rotation" | "scale");
+            !channels.iter().any(moves)
+        });
+        // A list of a document has at least one element.
+        if animations.is_empty() {
+            self.members.remove("animations");
+        } else if animations.len() < before {
+            self.members.set_list("animations", &animations);
+        }
+        Ok(before - animations.len())
+    }
+
+    pub(crate) fn finish(mut self, source: &Source, container: Container) -> Result<Vec<u8>, Fault> {
+        if container == Container::Vrm && !matches!(source.version, Version::Old | Version::One) {
+            return Err(ErrorKind::NotVrm.into());
+        }
         self.members.set("nodes", list(&self.nodes));
         if !self.buffers.is_empty() {
             self.members.set("buffers", list(&self.buffers));
         }
         let bin = self.bin.or_else(|| (!self.appended.is_empty()).then_some(&[][..]));
+        if container == Container::Text {
+            return self.text(bin);
+        }
         let others = source.file.get(source.others.clone()).unwrap_or_default();
         let chunks = bin.map(|bin| [bin, &self.appended]);
         container::join(&self.members.text(), chunks.as_ref().map(|c| &c[..]), others)
+    }
+
+    /// The document alone, the BIN chunk as data inside of it. Chunks that nobody knows have no place there.
+    fn text(mut self, bin: Option<&[u8]>) -> Result<Vec<u8>, Fault> {
+        if let (Some(bin), Some(first)) = (bin, self.buffers.first_mut()) {
+            let mut members = Members::parse(first).map_err(|e| shape(&e))?;
+            let bytes = [bin, &self.appended].concat();
+            members.set("uri", string(&uri::encode_data("application/octet-stream", &bytes)));
+            let changed = members.text();
+            *first = changed;
+            self.members.set("buffers", list(&self.buffers));
+        }
+        let mut text = self.members.text().into_bytes();
+        text.push(b'\n');
+        Ok(text)
     }
 }

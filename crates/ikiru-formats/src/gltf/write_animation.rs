@@ -1,28 +1,39 @@
-//! A clip → the file that the rig was read from, with one animation more.
+//! A clip → the file that the rig was read from, with the clip as its first animation.
 
 use glam::DVec3;
 use ikiru_rig::{Clip, JointId, Motion};
 
 use crate::error::{Error, ErrorKind, Fault};
-use crate::gltf::container::pad;
+use crate::gltf::clips::names;
+use crate::gltf::container::{Container, pad};
 use crate::gltf::patch::{Members, list, string};
 use crate::gltf::uri;
 use crate::gltf::write::{Output, check_pose, node_rotation, node_translation, source};
 use crate::loaded::Loaded;
+use crate::warning::{Warning, short};
+use crate::written::Written;
 
-/// The file that the rig was read from, as `.glb`, with a clip as its last animation.
+/// The file that the rig was read from, as `.glb`, with a clip as its first animation: the one that viewers start.
 ///
 /// Every joint that moves in the clip has a rotation channel, linear between the clip's times; one that
 /// translates a translation channel besides, in the node's own unit. All else stays as for
 /// [`write_posed_glb`](crate::write_posed_glb); what was in the BIN chunk stays at its place in it. Times
 /// before 0, which glTF does not have, are moved up to begin at 0.
 ///
+/// The file's own animations follow, each under a name of its own; one with the clip's name gives way to it, so that
+/// what is written again and again is there once. [`write_clip`](crate::write_clip) says which that was, and writes
+/// `.gltf` and `.vrm` too.
+///
 /// # Errors
 /// When the rig was not read from a glTF file, the clip has other joints or is not valid, or a buffer cannot
 /// be embedded.
 pub fn write_animated_glb(loaded: &Loaded, clip: &Clip) -> Result<Vec<u8>, Error> {
+    clip_file(loaded, clip, Container::Binary).map(|written| written.bytes)
+}
+
+pub(crate) fn clip_file(loaded: &Loaded, clip: &Clip, container: Container) -> Result<Written, Error> {
     let source = source(loaded)?;
-    animated(loaded, clip).map_err(|fault| fault.in_file(source.name()))
+    animated(loaded, clip, container).map_err(|fault| fault.in_file(source.name()))
 }
 
 /// Numbers of one accessor, as they are written.
@@ -32,7 +43,7 @@ struct Track {
     values: Vec<f32>,
 }
 
-fn animated(loaded: &Loaded, clip: &Clip) -> Result<Vec<u8>, Fault> {
+fn animated(loaded: &Loaded, clip: &Clip, container: Container) -> Result<Written, Fault> {
     for pose in clip.poses() {
         check_pose(loaded, pose, "the clip")?;
     }
@@ -58,8 +69,12 @@ fn animated(loaded: &Loaded, clip: &Clip) -> Result<Vec<u8>, Fault> {
         }
         tracks.extend(rotations(loaded, clip, &keys, id, true));
     }
-    append(&mut out, clip.name(), &times, &tracks)?;
-    out.finish(source)
+    let mut warnings = Vec::new();
+    // A clip of the file that is only written again is no news.
+    if insert(&mut out, clip.name(), &times, &tracks)? && !loaded.clips.contains(clip) {
+        warnings.push(Warning::ClipReplaced { clip: short(clip.name()) });
+    }
+    Ok(Written { bytes: out.finish(source, container)?, warnings })
 }
 
 /// The times as 32-bit numbers that increase, and the pose of each.
@@ -123,8 +138,8 @@ pub(crate) fn in_32_bits(translation: [f64; 3]) -> Result<[f32; 3], Fault> {
     Err(ErrorKind::Magnitude32 { what: "the translation", found }.into())
 }
 
-/// Appends the animation to the document, its numbers to a buffer.
-fn append(out: &mut Output<'_>, name: &str, times: &[f32], tracks: &[Track]) -> Result<(), Fault> {
+/// Makes the animation the document's first, and appends its numbers to a buffer; whether another gave way to it.
+fn insert(out: &mut Output<'_>, name: &str, times: &[f32], tracks: &[Track]) -> Result<bool, Fault> {
     let shape = |error: serde_json::Error| Fault::from(ErrorKind::Shape { message: error.to_string() });
     let mut accessors = out.members.list("accessors").map_err(shape)?;
     let mut views = out.members.list("bufferViews").map_err(shape)?;
@@ -159,11 +174,30 @@ fn append(out: &mut Output<'_>, name: &str, times: &[f32], tracks: &[Track]) -> 
     }
     animation.set("channels", list(&channels));
     animation.set("samplers", list(&samplers));
-    animations.push(animation.text());
+    let before = animations.len();
+    make_way(&mut animations, name).map_err(shape)?;
+    let replaces = animations.len() < before;
+    animations.insert(0, animation.text());
     out.members.set_list("accessors", &accessors);
     out.members.set_list("bufferViews", &views);
     out.members.set_list("animations", &animations);
-    store(out, buffer, bytes)
+    store(out, buffer, bytes)?;
+    Ok(replaces)
+}
+
+/// Takes out the animation whose clip has the new one's name, and gives all others that have names names of their own.
+fn make_way(animations: &mut Vec<String>, name: &str) -> serde_json::Result<()> {
+    let names = names(&animations.iter().map(String::as_str).collect::<Vec<_>>());
+    for (text, of_clip) in animations.iter_mut().zip(&names).filter(|(_, of_clip)| of_clip.in_file.is_some())
+    {
+        let mut members = Members::parse(text)?;
+        members.set("name", string(&of_clip.name));
+        let changed = members.text();
+        *text = changed;
+    }
+    let mut names = names.iter();
+    animations.retain(|_| names.next().is_none_or(|of_clip| name.is_empty() || of_clip.name != name));
+    Ok(())
 }
 
 /// The buffer that new numbers go to, and where they begin in it.

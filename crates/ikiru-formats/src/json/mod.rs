@@ -2,9 +2,11 @@
 
 mod document;
 mod read;
+mod read_onto;
 mod write;
 
 pub use read::read_motion_json;
+pub use read_onto::{motion_rig, read_motion};
 pub use write::{motion_json, pose_json};
 
 /// Numbers of a joint besides its rotation, in a motion.

@@ -16,7 +16,7 @@ use crate::warning::short;
 /// answer to their names, other names and humanoid roles; those that the file does not name stay at rest.
 /// Quaternions are brought to unit length. A hinge or Euler joint without an entry in `angles` takes its angles
 /// from its rotations, each nearest to the one before. Followers follow: what the file says of them is not
-/// used. Limits are not applied.
+/// used. Limits are not applied. [`read_motion`](crate::read_motion) makes joints such that they can move so.
 ///
 /// # Errors
 /// When the text is not JSON or lacks a member, a list does not have one entry a frame, times do not
@@ -223,7 +223,7 @@ impl Frames<'_> {
 }
 
 /// The joints of a member, each once, with their pointers.
-fn resolved<'d, T>(
+pub(super) fn resolved<'d, T>(
     rig: &Rig,
     member: &'static str,
     named: &'d Named<T>,

@@ -49,7 +49,8 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
 /// top of rest, zeros where it does not float. Where rotations do not tell everything, two more members do:
 /// `"angles": {NAME: {"euler_deg": [[x, y, z]]}}` for an Euler joint, `{"angle_deg": [°]}` for a hinge,
 /// `{"offset": [m]}` for a slider; and `"translations": {NAME: [[x, y, z]]}` for free joints besides the
-/// root. Both are left out where they would be empty. Ids that the rig does not have are left out.
+/// root. Both are left out where they would be empty. Angles without limits go on from frame to frame and may be more
+/// than a turn ([`Clip::unwrapped`]). Ids that the rig does not have are left out.
 ///
 /// [`read_motion_json`](crate::read_motion_json) reads it. Numbers that are not finite become `null`, which
 /// it refuses.
@@ -69,6 +70,7 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
 /// ```
 #[must_use]
 pub fn motion_json(clip: &Clip, joints: &[JointId]) -> Value {
+    let clip = &clip.clone().unwrapped();
     let rig = clip.rig();
     let root = floating_root(rig);
     let translations = |joint: Option<JointId>| -> Vec<[f64; 3]> {

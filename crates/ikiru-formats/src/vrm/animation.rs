@@ -10,7 +10,9 @@ use crate::gltf::container;
 use crate::gltf::read::load;
 use crate::gltf::write_animation::{in_32_bits, key_times};
 use crate::loaded::Loaded;
+use crate::vrm::fold::fold;
 use crate::vrm::read::Version;
+use crate::written::Written;
 
 /// Reads a VRM animation from memory; `name` stands in messages.
 ///
@@ -35,6 +37,10 @@ pub fn read_vrma(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
 /// a translation channel for the hips, linear between the clip's times; times before 0 are moved up to begin
 /// at 0. Eyes are left out, as the format wants it; there are no expressions.
 ///
+/// What joints without a role do between two bones is folded into these: each bone points to where its far end is, and
+/// every bone ends where it should, as long as its length stays. [`write_clip`](crate::write_clip) says where that
+/// cannot be.
+///
 /// ```
 /// use ikiru_rig::{Clip, humanoid::{Reference, transfer}};
 ///
@@ -53,10 +59,21 @@ pub fn read_vrma(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
 /// # Errors
 /// When the clip's rig lacks a humanoid role that VRM requires, or the clip has numbers that are not finite.
 pub fn write_vrma(clip: &Clip) -> Result<Vec<u8>, Error> {
+    clip_file(clip).map(|written| written.bytes)
+}
+
+pub(crate) fn clip_file(clip: &Clip) -> Result<Written, Error> {
     write(clip).map_err(|fault| fault.in_file(if clip.name().is_empty() { "clip" } else { clip.name() }))
 }
 
-fn write(clip: &Clip) -> Result<Vec<u8>, Fault> {
+/// A pose as an animation that holds it.
+pub(crate) fn pose_file(pose: &Pose) -> Result<Written, Error> {
+    let clip = Clip::new("pose", vec![0.0], vec![pose.clone()]);
+    // One pose at one time makes a clip.
+    clip_file(&clip.map_err(|e| Error::new("pose", Place::File, ErrorKind::Transfer(e.into())))?)
+}
+
+fn write(clip: &Clip) -> Result<Written, Fault> {
     let source = clip.poses().first().map(Pose::rig);
     let has = |role: &Role| source.is_some_and(|rig| rig.role(*role).is_some());
     let missing: Vec<&str> =
@@ -65,7 +82,8 @@ fn write(clip: &Clip) -> Result<Vec<u8>, Fault> {
         return Err(ErrorKind::RolesMissing { missing: missing.join(", ") }.into());
     };
     let rig = normalised(source).map_err(ErrorKind::from)?;
-    let clip = transfer(clip, &rig, Reference::TPose).map_err(ErrorKind::from)?;
+    let moved = transfer(clip, &rig, Reference::TPose).map_err(ErrorKind::from)?;
+    let (clip, warning) = fold(&moved, clip).map_err(|error| ErrorKind::Transfer(error.into()))?;
 
     let (mut nodes, mut bones): (Vec<Value>, _) = (Vec::new(), Map::new());
     for (node, joint) in rig.joints().iter().enumerate() {
@@ -99,7 +117,8 @@ fn write(clip: &Clip) -> Result<Vec<u8>, Fault> {
         "bufferViews": animation.views,
         "buffers": [{ "byteLength": animation.bytes.len() }]
     });
-    container::join(&document.to_string(), Some(&[&animation.bytes]), &[])
+    let bytes = container::join(&document.to_string(), Some(&[&animation.bytes]), &[])?;
+    Ok(Written { bytes, warnings: warning.into_iter().collect() })
 }
 
 /// The one animation of the file, while it is made; its first accessor holds the times.

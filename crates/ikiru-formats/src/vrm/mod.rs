@@ -1,4 +1,5 @@
 //! VRM: what it adds to glTF.
 
 pub(crate) mod animation;
+mod fold;
 pub(crate) mod read;

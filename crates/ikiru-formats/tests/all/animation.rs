@@ -10,13 +10,13 @@ use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::{Value, json};
 
 /// A document under construction, with its buffer.
-struct Film {
-    document: Value,
+pub(crate) struct Film {
+    pub(crate) document: Value,
     bin: Vec<u8>,
 }
 
 impl Film {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let mut document = leg();
         for list in ["accessors", "bufferViews", "animations"] {
             document[list] = json!([]);
@@ -48,7 +48,7 @@ impl Film {
         )
     }
 
-    fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
+    pub(crate) fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
         let width = match kind {
             "SCALAR" => 1,
             "VEC3" => 3,
@@ -59,7 +59,14 @@ impl Film {
     }
 
     /// One animation of one channel.
-    fn animate(&mut self, node: usize, path: &str, interpolation: &str, input: usize, output: usize) {
+    pub(crate) fn animate(
+        &mut self,
+        node: usize,
+        path: &str,
+        interpolation: &str,
+        input: usize,
+        output: usize,
+    ) {
         let animation = json!({
             "channels": [{ "sampler": 0, "target": { "node": node, "path": path } }],
             "samplers": [{ "input": input, "output": output, "interpolation": interpolation }]
@@ -67,7 +74,7 @@ impl Film {
         self.push("animations", animation);
     }
 
-    fn read(&self) -> Loaded {
+    pub(crate) fn read(&self) -> Loaded {
         let mut document = self.document.clone();
         document["buffers"] = json!([{ "byteLength": self.bin.len() }]);
         read_glb(&glb(&document, Some(&self.bin)), "film.glb").unwrap()
@@ -367,10 +374,11 @@ fn clips_written_and_read_again_move_the_same() {
         assert_eq!(buffer, after.1.as_ref().unwrap().len());
         let n_balls = loaded.rig.joints().iter().filter(|j| j.motion == Motion::BALL).count();
         assert_eq!(after.0["animations"][0]["channels"].as_array().unwrap().len(), n_balls);
-        // A second one goes behind the first.
-        let twice = read_glb(&write_animated_glb(&again, &again.clips[0]).unwrap(), name).unwrap();
-        assert_eq!(twice.clips.len(), 2);
-        assert_eq!(twice.clips[0].poses()[3].coords(), again.clips[0].poses()[3].coords());
+        // A second one of another name goes before the first.
+        let other = again.clips[0].clone().with_name("other");
+        let twice = read_glb(&write_animated_glb(&again, &other).unwrap(), name).unwrap();
+        assert_eq!(twice.clips.iter().map(Clip::name).collect::<Vec<_>>(), ["other", "dance \"1\""]);
+        assert_eq!(twice.clips[1].poses()[3].coords(), again.clips[0].poses()[3].coords());
     }
 }
 

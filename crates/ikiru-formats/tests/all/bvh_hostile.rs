@@ -1,27 +1,16 @@
-//! Broken and hostile BVH: whatever comes in, there is an answer, in bounded time and memory.
+//! Broken and hostile BVH: whatever comes in, there is an answer, with bounded work and memory.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-use std::time::{Duration, Instant};
-
+use crate::common::bounds::{self, MIB};
 use ikiru_formats::{BvhOptions, Error, Loaded, read_bvh, write_bvh_clip, write_bvh_pose};
 use ikiru_rig::Pose;
-use ikiru_testkit::allocations::peak;
 use ikiru_testkit::rigs::Random;
 
-const MIB: usize = 1 << 20;
-
-/// Reads, and asserts that time and memory are within what is promised.
+/// Reads, and asserts that work and memory are within what is promised.
 #[track_caller]
 fn bounded(text: &[u8]) -> Result<Loaded, Error> {
-    let start = Instant::now();
-    let mut result = None;
-    let bytes = peak(|| result = Some(read_bvh(text, "hostile.bvh", &BvhOptions::default())));
     // The bytes of the file itself count as well, where it is read from disk.
-    let (bytes, most) = (bytes + text.len(), 64 * MIB + 8 * text.len());
-    assert!(bytes <= most, "{bytes} of {most} bytes for {} of text", text.len());
-    let most = Duration::from_secs_f64(2.0 + text.len() as f64 / MIB as f64);
-    assert!(start.elapsed() < most, "{:?} of {most:?}", start.elapsed());
-    result.unwrap()
+    bounds::bounded(text.len(), text.len(), || read_bvh(text, "hostile.bvh", &BvhOptions::default()))
 }
 
 fn motion(hierarchy: &str, n_frames: usize, frame: &str) -> String {

@@ -1,56 +1,70 @@
 //! Any rig is written as BVH such that its world frames come back.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-use crate::common::bvh::{Reference, assert_same_frames_to};
+use crate::common::bvh::{Reference, assert_same_frames_to, assert_strict};
 use crate::common::*;
 use glam::{DQuat, DVec3};
-use ikiru_formats::{BvhOptions, Loaded, read, read_bvh, write_bvh_clip, write_bvh_pose};
-use ikiru_rig::{Clip, EulerOrder, Joint, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_formats::{
+    BvhOptions, Format, Loaded, Warning, Written, read, read_bvh, write_bvh_clip, write_bvh_pose, write_clip,
+    write_pose,
+};
+use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
-/// The joints of a rig in the order in which a file has them.
-fn depth_first(rig: &Rig) -> Vec<usize> {
-    fn visit(rig: &Rig, idx: usize, out: &mut Vec<usize>) {
-        out.push(idx);
-        let is_child = |j: &Joint| j.parent.is_some_and(|p| p.index() == idx);
-        rig.joints().iter().enumerate().filter(|(_, j)| is_child(j)).for_each(|(i, _)| visit(rig, i, out));
-    }
-    let mut out = Vec::new();
-    rig.ids().filter(|j| rig.get(*j).unwrap().parent.is_none()).for_each(|j| visit(rig, j.index(), &mut out));
-    out
+/// The joints of a rig that are in a file, with their places in it.
+fn written_joints(loaded: &Loaded, written: &Written) -> Vec<(JointId, usize)> {
+    let reference = Reference::parse(std::str::from_utf8(&written.bytes).unwrap(), false);
+    let name = |joint: &Joint| {
+        let renamed = written.warnings.iter().find_map(|warning| match warning {
+            Warning::NameWritten { joint: own, written } if *own == joint.name => Some(written.clone()),
+            _ => None,
+        });
+        renamed.unwrap_or_else(|| joint.name.clone())
+    };
+    let at = |joint: &Joint| reference.joints.iter().position(|found| found.name == name(joint));
+    loaded.rig.ids().zip(loaded.rig.joints()).filter_map(|(id, joint)| Some((id, at(joint)?))).collect()
 }
 
-/// Writes a clip of random poses; the rig's reader and the tests' own agree with the poses.
+/// Asserts that what was written of a rig in a pose is where it is in a pose of what was read.
+fn assert_same(pairs: &[(JointId, usize)], a: &Pose, b: &Pose, tolerance: f64) {
+    let (a, b) = (a.frames(), b.frames());
+    let (a, b): (Vec<_>, Vec<_>) = pairs.iter().map(|(id, at)| (a[id.index()], b[*at])).unzip();
+    assert_same_frames_to(&a, &b, tolerance);
+}
+
+/// Writes a clip of random poses: strict readers take it, the rig's reader and the tests' own agree with the poses.
 fn check(name: &str, loaded: &Loaded, random: &mut Random) -> String {
     let poses: Vec<Pose> = (0..6).map(|_| random_pose(&loaded.rig, random)).collect();
     let times: Vec<f64> = (0..6).map(|i| 2.0 + 0.04 * f64::from(i)).collect();
     let clip = Clip::new("random", times, poses.clone()).unwrap();
-    let bytes = write_bvh_clip(loaded, &clip).unwrap();
+    let written = write_clip(loaded, &clip, Format::Bvh).unwrap();
+    let pairs = written_joints(loaded, &written);
+    let bytes = written.bytes;
     let text = String::from_utf8(bytes.clone()).unwrap();
+    assert_strict(&text);
     assert!(text.contains("Frames: 6\nFrame Time: 0.04"), "{name}");
-    let order = depth_first(&loaded.rig);
     let tolerance = 1e-8 * loaded.rig.size();
     let again = read_bvh(&bytes, name, &BvhOptions::default()).unwrap();
-    let sorted = |pose: &Pose| -> Vec<_> {
-        let frames = pose.frames();
-        order.iter().map(|idx| frames[*idx]).collect()
-    };
+    for (id, joint) in loaded.rig.ids().zip(loaded.rig.joints()).filter(|(_, j)| j.motion != Motion::Fixed) {
+        assert!(pairs.iter().any(|(written, _)| *written == id), "{name}: {} moves", joint.name);
+    }
     for (a, b) in poses.iter().zip(again.clips[0].poses()) {
-        assert_same_frames_to(&sorted(a), &b.frames(), tolerance.max(1e-8));
+        assert_same(&pairs, a, b, tolerance.max(1e-8));
     }
     // However offsets and positions are combined.
     for in_place in [false, true] {
         let reference = Reference::parse(&text, in_place);
         for (pose, frame) in poses.iter().zip(&reference.frames) {
-            for (matrix, frame) in reference.world(frame).iter().zip(sorted(pose)) {
-                let distance = matrix.w_axis.truncate().distance(frame.origin.value());
+            let (world, frames) = (reference.world(frame), pose.frames());
+            for (id, at) in &pairs {
+                let distance = world[*at].w_axis.truncate().distance(frames[id.index()].origin.value());
                 assert!(distance < tolerance, "{name}: {distance}");
             }
         }
     }
     let one = write_bvh_pose(loaded, &poses[0]).unwrap();
     let again = read_bvh(&one, name, &BvhOptions::default()).unwrap();
-    assert_same_frames_to(&sorted(&poses[0]), &again.clips[0].poses()[0].frames(), tolerance.max(1e-8));
+    assert_same(&pairs, &poses[0], &again.clips[0].poses()[0], tolerance.max(1e-8));
     text
 }
 
@@ -76,7 +90,7 @@ fn random_rigs_with_every_kind_of_joint() {
 }
 
 fn joint(name: &str, parent: Option<usize>, motion: Motion) -> Joint {
-    let mut joint = Joint::new(name, parent.map(ikiru_rig::JointId::from_index));
+    let mut joint = Joint::new(name, parent.map(JointId::from_index));
     joint.rest_translation = DVec3::new(0.0, 0.5, 0.0);
     joint.motion = motion;
     joint
@@ -112,12 +126,16 @@ fn channels_follow_the_joints() {
         ("JOINT ball", "OFFSET 0 0.5 0", "CHANNELS 3 Zrotation Xrotation Yrotation"),
         ("JOINT hinge", "OFFSET 0 0.5 0", "CHANNELS 1 Yrotation"),
         // The name must be one word, and another joint is called other_hinge.
-        ("JOINT other_hinge", "OFFSET 0 0.5 0", "CHANNELS 3 Zrotation Xrotation Yrotation"),
-        ("JOINT other_hinge_2", "OFFSET 0 0.5 0", "CHANNELS 3 Yrotation Zrotation Xrotation"),
+        ("JOINT other_hinge_2", "OFFSET 0 0.5 0", "CHANNELS 3 Zrotation Xrotation Yrotation"),
+        ("JOINT other_hinge", "OFFSET 0 0.5 0", "CHANNELS 3 Yrotation Zrotation Xrotation"),
         ("End Site", "OFFSET 0 0.5 0", "}"),
         ("JOINT slider", "OFFSET 0 0 0", six),
+        ("End Site", "OFFSET 0 0.5 0", "}"),
         ("JOINT turned_tip", "OFFSET 0 0.5 0", "CHANNELS 3 Zrotation Xrotation Yrotation"),
+        // On along the bone, in the tip's own axes.
+        ("End Site", "OFFSET 0 0.270151152934 -0.420735492404", "}"),
         ("JOINT free__", "OFFSET 0 0 0", six),
+        ("End Site", "OFFSET 0 0.5 0", "}"),
     ];
     let lines: Vec<&str> = text.lines().map(str::trim).collect();
     let blocks: Vec<_> = lines.windows(4).filter(|w| w[1] == "{").map(|w| (w[0], w[2], w[3])).collect();
@@ -138,9 +156,11 @@ fn hinges_that_a_pose_turns_about_other_axes_have_channels_in_the_order_of_their
         let mut pose = rig(Motion::BALL).rest_pose();
         let hinge = loaded.rig.joint("hinge").unwrap();
         pose.set_rotation(hinge, EulerOrder::Xyz.quaternion([0.3, -0.5, 0.7])).unwrap();
-        let again =
-            read_bvh(&write_bvh_pose(&loaded, &pose).unwrap(), "again", &BvhOptions::default()).unwrap();
-        assert_same_frames_to(&pose.frames(), &again.clips[0].poses()[0].frames(), 1e-8);
+        let written = write_pose(&loaded, &pose, Format::Bvh).unwrap();
+        let again = read_bvh(&written.bytes, "again", &BvhOptions::default()).unwrap();
+        let pairs = written_joints(&loaded, &written);
+        assert_eq!(pairs.len(), 2);
+        assert_same(&pairs, &pose, &again.clips[0].poses()[0], 1e-8);
     }
 }
 
@@ -170,10 +190,10 @@ fn near_gimbal_lock_frames_hold() {
         for sign in [1.0, -1.0] {
             let angles = [sign * middle, random.between(-3.0, 3.0), random.between(-3.0, 3.0)];
             pose.set_rotation(ball, EulerOrder::Zxy.quaternion(angles)).unwrap();
-            let bytes = write_bvh_pose(&loaded, &pose).unwrap();
-            let again = read_bvh(&bytes, "again", &BvhOptions::default()).unwrap();
+            let written = write_pose(&loaded, &pose, Format::Bvh).unwrap();
+            let again = read_bvh(&written.bytes, "again", &BvhOptions::default()).unwrap();
             // Within 1e-9 rad of the lock, two of the angles are one.
-            assert_same_frames_to(&pose.frames(), &again.clips[0].poses()[0].frames(), 4e-9);
+            assert_same(&written_joints(&loaded, &written), &pose, &again.clips[0].poses()[0], 4e-9);
         }
     }
 }
@@ -192,9 +212,10 @@ fn uneven_times_are_sampled() {
     };
     let uneven = clip(&[1.0, 1.5, 1.75, 2.0], &mut random);
     let again = read(&uneven);
+    let pairs = written_joints(&loaded, &write_clip(&loaded, &uneven, Format::Bvh).unwrap());
     assert_eq!(again.times(), [0.0, 0.25, 0.5, 0.75, 1.0]);
     for time in [0.0, 0.25, 0.5, 0.75, 1.0] {
-        assert_same_frames_to(&uneven.sample(1.0 + time).frames(), &again.sample(time).frames(), 1e-8);
+        assert_same(&pairs, &uneven.sample(1.0 + time), &again.sample(time), 1e-8);
     }
     // Two poses that almost coincide do not make a million frames.
     assert_eq!(read(&clip(&[0.0, 1e-9, 1.0], &mut random)).poses().len(), 21);
@@ -211,10 +232,13 @@ fn small_and_large_units() {
         builder.joints_mut().iter_mut().for_each(|j| j.rest_translation *= size);
         let loaded = Loaded::from_rig(builder.build().unwrap());
         let pose = loaded.rig.rest_pose();
-        let bytes = write_bvh_pose(&loaded, &pose).unwrap();
-        let again = read_bvh(&bytes, "again", &BvhOptions::default()).unwrap();
-        for (a, b) in pose.frames().iter().zip(again.clips[0].poses()[0].frames()) {
-            assert!(a.origin.value().distance(b.origin.value()) < 1e-9 * size);
+        let written = write_pose(&loaded, &pose, Format::Bvh).unwrap();
+        let again = read_bvh(&written.bytes, "again", &BvhOptions::default()).unwrap();
+        let (before, after) = (pose.frames(), again.clips[0].poses()[0].frames());
+        let pairs = written_joints(&loaded, &written);
+        assert_eq!(pairs.len(), 8, "all but the end site");
+        for (id, at) in pairs {
+            assert!(before[id.index()].origin.value().distance(after[at].origin.value()) < 1e-9 * size);
         }
     }
 }

@@ -2,16 +2,20 @@
 
 mod animation;
 mod bvh;
+mod bvh_body;
 mod bvh_hostile;
 mod bvh_malformed;
 mod bvh_write;
+mod clip_order;
 mod common;
+mod containers;
 mod hostile;
 mod malformed;
 mod motion;
 mod mutation;
 mod read;
 mod roles;
+mod root_motion;
 mod transfer;
 mod urdf;
 mod urdf_hostile;

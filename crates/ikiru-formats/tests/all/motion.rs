@@ -104,6 +104,8 @@ proptest! {
         unique.sort();
         unique.dedup();
         prop_assert_eq!(unique.len(), names.len());
+        // Angles without limits go on from row to row.
+        let clip = clip.unwrapped();
         for (row, (secs, pose)) in rows.iter().zip(clip.times().iter().zip(clip.poses())) {
             let of = |name: String| row[names.iter().position(|n| *n == name).unwrap()];
             prop_assert_eq!(of("time_secs".to_owned()), *secs);
@@ -150,7 +152,8 @@ fn a_motion_has_the_promised_members() {
     assert_eq!(document["angles"].as_object().unwrap().len(), 4);
     assert_eq!(document["angles"]["hinge"], json!({ "angle_deg": [7.0_f64.to_degrees(), 0.0] }));
     assert_eq!(document["angles"]["slider"], json!({ "offset": [0.25, 0.0] }));
-    assert_eq!(document["angles"]["euler"]["euler_deg"][1], json!([0.0, 0.0, 0.0]));
+    // An angle without limits goes on instead of beginning anew.
+    assert_eq!(document["angles"]["euler"]["euler_deg"][1], json!([0.0, 0.0, 360.0]));
     assert_eq!(document["translations"], json!({ "loose": [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]] }));
     // Only what is asked for, and no empty members.
     let human = ikiru_formats::builtin("human").unwrap().rig;

@@ -1,30 +1,19 @@
-//! Robot descriptions that were not made in good faith: whatever comes in, there is an answer, soon, and it is a
-//! valid rig or an error.
+//! Robot descriptions that were not made in good faith: whatever comes in, there is an answer, with bounded work and
+//! memory, and it is a valid rig or an error.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-use std::fmt::Write;
-use std::time::{Duration, Instant};
-
+use crate::common::bounds::{self, MIB};
 use crate::common::*;
 use ikiru_formats::{Error, Loaded, read_urdf};
 use ikiru_rig::RigBuilder;
-use ikiru_testkit::allocations::peak;
 use ikiru_testkit::rigs::Random;
+use std::fmt::Write;
 
-const MIB: usize = 1 << 20;
-
-/// Reads within the time and memory that are promised for a text's size.
+/// Reads within the work and memory that are promised for a text's size.
 #[track_caller]
 fn bounded(text: &str) -> Result<Loaded, Error> {
-    let start = Instant::now();
-    let mut result = None;
-    let bytes = peak(|| result = Some(read_urdf(text.as_bytes(), "hostile.urdf")));
     // The bytes of the file itself count as well, where it is read from disk.
-    let (bytes, most) = (bytes + text.len(), 64 * MIB + 8 * text.len());
-    assert!(bytes <= most, "{bytes} of {most} bytes for {} of text", text.len());
-    let most = Duration::from_secs_f64(2.0 + text.len() as f64 / MIB as f64);
-    assert!(start.elapsed() < most, "{:?} of {most:?}", start.elapsed());
-    result.unwrap()
+    bounds::bounded(text.len(), text.len(), || read_urdf(text.as_bytes(), "hostile.urdf"))
 }
 
 /// The message for a text, which may not be long.

@@ -173,7 +173,8 @@ fn it_is_a_gltf_file_as_well_and_is_written_as_one() {
     let loaded = read_glb(&foreign("LINEAR"), "foreign.glb").unwrap();
     let written = write_animated_glb(&loaded, &loaded.clips[0]).unwrap();
     let again = read_vrma(&written, "again.vrma").unwrap();
-    for (a, b) in loaded.clips[0].poses().iter().zip(again.clips[1].poses()) {
+    assert_eq!(again.clips.len(), 1, "it took the place of the one that it was read from");
+    for (a, b) in loaded.clips[0].poses().iter().zip(again.clips[0].poses()) {
         assert_same_frames("again", &loaded.rig, &a.frames(), &b.frames());
     }
 }

@@ -15,6 +15,7 @@ mod retime;
 mod tempo;
 mod time_map;
 mod turn;
+mod unwrap;
 
 pub use measure::{ClipMeasure, LimitMargin, Margin, RateSummaries};
 pub use rate_limit::{RateExcess, RateLimit};

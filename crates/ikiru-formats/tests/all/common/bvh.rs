@@ -5,11 +5,12 @@ use ikiru_rig::Frame;
 
 use super::apart;
 
-/// A joint of a text: its parent, offset and channels with their places in a frame.
+/// A joint of a text: its name (empty for an end site), parent, offset and channels with their places in a frame.
 pub(crate) struct Joint {
-    parent: Option<usize>,
-    offset: DVec3,
-    channels: Vec<(usize, String)>,
+    pub(crate) name: String,
+    pub(crate) parent: Option<usize>,
+    pub(crate) offset: DVec3,
+    pub(crate) channels: Vec<(usize, String)>,
 }
 
 /// A text, taken apart.
@@ -32,7 +33,9 @@ impl Reference {
                 "{" => {
                     let parent = open.last().copied();
                     open.push(joints.len());
-                    joints.push(Joint { parent, offset: DVec3::ZERO, channels: Vec::new() });
+                    let is_joint = matches!(words[at - 2], "ROOT" | "JOINT");
+                    let name = if is_joint { words[at - 1].to_owned() } else { String::new() };
+                    joints.push(Joint { name, parent, offset: DVec3::ZERO, channels: Vec::new() });
                 }
                 "}" => _ = open.pop(),
                 "OFFSET" => {
@@ -84,6 +87,66 @@ impl Reference {
         }
         world
     }
+}
+
+/// Asserts that a text is what the strictest readers take, line by line: one `ROOT`; in each block an `OFFSET` and
+/// `CHANNELS`, then joints or one `End Site`, never nothing; a name of one word that no other joint has; as many numbers
+/// a frame as there are channels.
+#[track_caller]
+pub(crate) fn assert_strict(text: &str) {
+    struct Lines<'t>(std::vec::IntoIter<Vec<&'t str>>);
+    impl<'t> Lines<'t> {
+        fn next(&mut self) -> Vec<&'t str> {
+            self.0.next().expect("the text goes on")
+        }
+    }
+    fn block(lines: &mut Lines<'_>, head: &[&str], names: &mut Vec<String>, n_channels: &mut usize) {
+        let is_end = head == ["End", "Site"];
+        if !is_end {
+            let [_, name] = head else { panic!("a joint has one name, a single word: {head:?}") };
+            assert!(!names.contains(&(*name).to_owned()), "{name} is there twice");
+            names.push((*name).to_owned());
+        }
+        assert_eq!(lines.next(), ["{"]);
+        let offset = lines.next();
+        assert!(offset.len() == 4 && offset[0] == "OFFSET", "{offset:?}");
+        assert!(offset[1..].iter().all(|n| n.parse::<f64>().unwrap().is_finite()));
+        if is_end {
+            assert_eq!(lines.next(), ["}"]);
+            return;
+        }
+        let channels = lines.next();
+        assert_eq!(channels[0], "CHANNELS");
+        assert_eq!(channels[1].parse::<usize>().unwrap(), channels.len() - 2);
+        assert!(channels.len() > 2);
+        *n_channels += channels.len() - 2;
+        let mut below: Vec<bool> = Vec::new();
+        loop {
+            let line = lines.next();
+            if line == ["}"] {
+                break;
+            }
+            assert!(matches!(line[0], "JOINT" | "End"), "{line:?}");
+            below.push(line[0] == "JOINT");
+            block(lines, &line, names, n_channels);
+        }
+        assert!(below == [false] || !below.is_empty() && below.iter().all(|b| *b), "{head:?}: {below:?}");
+    }
+    let words: Vec<Vec<&str>> = text.lines().map(|line| line.split_whitespace().collect()).collect();
+    let mut lines = Lines(words.into_iter());
+    assert_eq!(lines.next(), ["HIERARCHY"]);
+    let root = lines.next();
+    assert_eq!(root[0], "ROOT");
+    let (mut names, mut n_channels) = (Vec::new(), 0);
+    block(&mut lines, &root, &mut names, &mut n_channels);
+    assert_eq!(lines.next(), ["MOTION"], "after one ROOT");
+    let frames = lines.next();
+    assert!(frames.len() == 2 && frames[0] == "Frames:", "{frames:?}");
+    let time = lines.next();
+    assert!(time.len() == 3 && time[..2] == ["Frame", "Time:"], "{time:?}");
+    let rest: Vec<Vec<&str>> = lines.0.collect();
+    assert_eq!(rest.len(), frames[1].parse::<usize>().unwrap());
+    assert!(rest.iter().all(|frame| frame.len() == n_channels));
 }
 
 /// Asserts that both have the same world frames, within a tolerance in metres and radians.

@@ -1,6 +1,8 @@
 //! What the tests of this crate share: sample files, small documents, and kinematics straight from JSON.
 #![allow(dead_code, reason = "each test file uses a part")]
+#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
+pub(crate) mod bounds;
 pub(crate) mod bvh;
 
 use std::path::PathBuf;
