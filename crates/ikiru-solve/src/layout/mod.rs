@@ -7,8 +7,12 @@ use std::ops::Range;
 
 use ikiru_rig::{JointId, Motion, Rig};
 
-use crate::objective::{Objective, Part, Unit};
+use crate::objective::{Objective, Unit};
 use crate::problem::Problem;
+
+mod signature;
+
+use signature::Signature;
 
 /// No parent in the reduced tree.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -151,38 +155,13 @@ pub(crate) struct Span {
     pub(crate) start: usize,
 }
 
-/// What a term reads and gives.
-#[derive(Clone, Debug)]
-struct Reads {
-    joints: Vec<JointId>,
-    own_motions: Vec<JointId>,
-    parts: Vec<Part>,
-}
-
-/// What a layout was made for. Solves compare it, so that a changed problem is laid out anew.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Signature {
-    rig: Option<Rig>,
-    active: Vec<bool>,
-    terms: Vec<Reads>,
-}
-
 impl Layout {
     /// Whether it still fits the problem. Does not allocate.
     pub(crate) fn fits(&self, problem: &Problem) -> bool {
-        let s = &self.signature;
-        s.rig.as_ref().is_some_and(|rig| rig.is_same(problem.rig()))
-            && s.active == problem.active_flags()
-            && s.terms.len() == problem.terms().len()
-            && s.terms.iter().zip(problem.terms()).all(|(reads, term)| {
-                let o = &term.objective;
-                reads.joints == o.joints()
-                    && reads.own_motions == joints_read(&**o)
-                    && reads.parts == o.parts()
-            })
+        self.signature.fits(problem)
     }
 
-    /// Plans a problem whose joint ids are all valid.
+    /// Lays out a problem whose joint ids are all valid.
     pub(crate) fn new(problem: &Problem) -> Self {
         Self::with(problem, &[])
     }
@@ -444,21 +423,6 @@ impl Layout {
     /// How many coordinates are kept: those that move, and those that are only read.
     pub(crate) fn n_kept_coords(&self) -> usize {
         self.n_coords + self.held.iter().map(|h| h.2).sum::<usize>()
-    }
-}
-
-impl Signature {
-    fn of(problem: &Problem) -> Self {
-        let reads = |o: &dyn Objective| Reads {
-            joints: o.joints().to_vec(),
-            own_motions: joints_read(o).to_vec(),
-            parts: o.parts().to_vec(),
-        };
-        Self {
-            rig: Some(problem.rig().clone()),
-            active: problem.active_flags().to_vec(),
-            terms: problem.terms().iter().map(|t| reads(&*t.objective)).collect(),
-        }
     }
 }
 
