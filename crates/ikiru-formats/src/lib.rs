@@ -5,8 +5,8 @@
 //! gives a valid rig, its clips, and typed [`Warning`]s about what was mended. [`write_posed_glb`] and
 //! [`write_animated_glb`] give the same file back, mesh, skin and materials included, in a pose or with a
 //! motion; [`write_bvh_pose`] and [`write_bvh_clip`] write any rig's motion as BVH.
-//! [`read_vrma`] and [`write_vrma`] are for motions that fit every avatar; [`motion_json`], which
-//! [`read_motion_json`] reads, and [`motion_csv`] for other programs.
+//! [`read_vrma`] and [`write_vrma`] are for motions that fit every avatar; [`pose_json`] and [`motion_json`], which
+//! [`read_pose_json`] and [`read_motion_json`] read, and [`motion_csv`] for other programs.
 //!
 //! ```
 //! use ikiru_rig::Role;
@@ -50,10 +50,10 @@ pub use bvh::{BvhOptions, PositionChannels};
 pub use collision::{CollisionShape, ShapeKind};
 pub use csv::motion_csv;
 pub use error::{Error, ErrorKind, Place};
-pub use file::{read, read_glb, read_gltf, read_scaled, read_urdf, save};
+pub use file::{lacks_unit, read, read_glb, read_gltf, read_scaled, read_urdf, save};
 pub use gltf::write::write_posed_glb;
 pub use gltf::write_animation::write_animated_glb;
-pub use json::{motion_json, pose_json, read_motion_json};
+pub use json::{motion_json, pose_json, read_motion_json, read_pose_json};
 pub use loaded::Loaded;
 pub use vrm::animation::{read_vrma, write_vrma};
 pub use warning::{BoneProblem, Warning};

@@ -1,5 +1,7 @@
 //! What a reader mended or left out, for the user to know.
 
+use std::mem::discriminant;
+
 use ikiru_rig::humanoid::RoleProblem;
 
 use crate::gltf::DataProblem;
@@ -157,6 +159,31 @@ pub enum BoneProblem {
     },
     /// Another joint is this bone already.
     Repeated,
+}
+
+impl Warning {
+    /// Whether it is about clips alone: who uses none of the file's need not know.
+    #[must_use]
+    pub fn is_about_clips(&self) -> bool {
+        matches!(
+            self,
+            Self::Animations { .. }
+                | Self::ClipDropped { .. }
+                | Self::ClipUnfit { .. }
+                | Self::ChannelsIgnored { .. }
+                | Self::ExtraNumbers { .. }
+        )
+    }
+
+    /// Whether both say the same, of different places: many of one kind can be counted instead of repeated.
+    #[must_use]
+    pub fn is_alike(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Urdf(a), Self::Urdf(b)) => discriminant(a) == discriminant(b),
+            (Self::Role(a), Self::Role(b)) => discriminant(a) == discriminant(b),
+            (a, b) => discriminant(a) == discriminant(b),
+        }
+    }
 }
 
 impl std::fmt::Display for Warning {

@@ -35,6 +35,8 @@ pub struct ScenarioObjective {
     pub joint: Option<JointId>,
     /// Its term in the problem.
     pub term: TermHandle,
+    /// Line and column of the text where it stands, from 1.
+    pub place: (usize, usize),
     /// When it holds, in a scenario with `[motion]`; the last frame otherwise.
     pub when: When,
     /// What its target follows over time, in a scenario with `[motion]`; `None` for one that stays.
@@ -114,7 +116,7 @@ pub(crate) fn add_all(
         let path = path(&table, timeline)?;
         let objective = add(rig, active, &table, path.as_ref(), problem)?;
         let when = when(&table, timeline, path.as_ref())?;
-        objectives.push(ScenarioObjective { when, path, ..objective });
+        objectives.push(ScenarioObjective { when, path, place: table.place_in_text(), ..objective });
     }
     Ok(objectives)
 }
@@ -282,7 +284,7 @@ fn add(
             (joint, TermHandle::RestPose(common.add(problem, objective)))
         }
     };
-    Ok(ScenarioObjective { kind, joint, term, when: When::End, path: None })
+    Ok(ScenarioObjective { kind, joint, term, place: (1, 1), when: When::End, path: None })
 }
 
 impl Common {
@@ -385,7 +387,7 @@ pub(crate) fn joint_list(rig: &Rig, list: &Value<'_>) -> Result<Vec<JointId>, Er
         let id = joint(rig, &value)?;
         once(rig, &joints, id, value.text("a name")?, &value, &format!("'{}'", list.key))?;
         if rig.get(id).is_none_or(|j| j.n_dofs() == 0) {
-            return Err(value.error(ErrorKind::Immobile(name_of(rig, id).to_owned())));
+            return Err(value.error(immobile(rig, id)));
         }
         joints.push((id, ()));
     }
@@ -394,6 +396,15 @@ pub(crate) fn joint_list(rig: &Rig, list: &Value<'_>) -> Result<Vec<JointId>, Er
         return Err(list.error(kind));
     }
     Ok(joints.into_iter().map(|(id, ())| id).collect())
+}
+
+/// Why a joint has no degrees of freedom of its own.
+fn immobile(rig: &Rig, joint: JointId) -> ErrorKind {
+    let name = name_of(rig, joint).to_owned();
+    match rig.get(joint).and_then(|j| j.mimic) {
+        Some(mimic) => ErrorKind::Follower { joint: name, leader: name_of(rig, mimic.leader).to_owned() },
+        None => ErrorKind::Immobile(name),
+    }
 }
 
 fn once<T>(

@@ -10,8 +10,9 @@ use ikiru_rig::{Clip, JointId, Motion};
 
 use crate::args::{ConvertArgs, has_ending};
 use crate::failure::{Failure, Outcome};
+use crate::input::read_rig;
 use crate::output;
-use crate::roles::read_with_roles;
+use crate::warnings;
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     let expected = "expected .glb, .bvh, .vrma, .json or .csv";
@@ -21,8 +22,8 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
             "{path} does not end in a format that can be written: {expected}"
         )));
     }
-    let loaded = read_with_roles(&args.input, args.roles.as_deref())?;
-    for warning in &loaded.warnings {
+    let loaded = read_rig(&args.input, args.roles.as_deref(), args.scale)?;
+    for warning in warnings::of_rig(&loaded.warnings) {
         output::note(format!("warning: {warning}"));
     }
     let clip = chosen_clip(&loaded, args)?;
@@ -30,6 +31,11 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         None => (loaded, clip),
         Some(onto) => {
             let target = ikiru_formats::read(onto).map_err(Failure::input)?;
+            // None of its clips is used.
+            let of_rig: Vec<_> = target.warnings.iter().filter(|w| !w.is_about_clips()).cloned().collect();
+            for warning in warnings::of_rig(&of_rig) {
+                output::note(format!("warning: {}: {warning}", onto.display()));
+            }
             let Some(clip) = clip else {
                 let path = args.input.display();
                 return Err(Failure::input(anyhow!("{path} has no motion to bring onto {}", onto.display())));
@@ -85,11 +91,11 @@ fn written(loaded: &Loaded, clip: Option<&Clip>, args: &ConvertArgs) -> Result<V
     } else {
         clip.map_or_else(|| write_posed_glb(loaded, &rest), |clip| write_animated_glb(loaded, clip))
     };
-    let advice = format!(
-        "{} cannot be written from {}; '--onto CHARACTER.glb' brings a motion onto a body with a skin",
-        args.output.display(),
-        args.input.display()
-    );
+    let mut advice = format!("{} cannot be written from {}", args.output.display(), args.input.display());
+    // A motion goes onto another body through roles, which robots do not have.
+    if clip.is_some() && loaded.rig.joints().iter().any(|joint| joint.role.is_some()) {
+        advice += "; '--onto CHARACTER.glb' brings its motion onto a body with a skin";
+    }
     bytes.context(advice).map_err(Failure::input)
 }
 

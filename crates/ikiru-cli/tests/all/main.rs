@@ -2,5 +2,6 @@
 
 mod command;
 mod common;
+mod defects_front;
 mod plan;
 mod suite;

@@ -2,9 +2,11 @@
 
 mod document;
 mod read;
+mod read_pose;
 mod write;
 
 pub use read::read_motion_json;
+pub use read_pose::read_pose_json;
 pub use write::{motion_json, pose_json};
 
 /// Numbers of a joint besides its rotation, in a motion.
