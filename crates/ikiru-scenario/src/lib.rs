@@ -78,6 +78,7 @@ mod table;
 mod target;
 mod values;
 mod warning;
+mod weights;
 
 pub use builtin::BUILTINS;
 pub use error::{Error, ErrorKind};

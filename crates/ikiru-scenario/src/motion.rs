@@ -6,7 +6,9 @@ use glam::DVec3;
 use ikiru_formats::Loaded;
 use ikiru_rig::{Clip, JointId, Pose, RateLimit, Rig};
 use ikiru_solve::objectives::{Gaze, LookAt, Position};
-use ikiru_solve::{MotionError, MotionProblem, Problem, Solver, TargetPath, Timeline, TimelineError, When};
+use ikiru_solve::{
+    MotionError, MotionProblem, Objective, Problem, Solver, TargetPath, Timeline, TimelineError, When,
+};
 
 use crate::error::{Error, ErrorKind};
 use crate::objective::{ScenarioObjective, TermHandle};
@@ -14,6 +16,7 @@ use crate::rate_limits;
 use crate::scenario::{Scenario, out_of_hand};
 use crate::start;
 use crate::table::{Table, Value};
+use crate::values::name_of;
 use crate::warning::{ScenarioPose, Warning};
 
 /// What `[motion]` asks for.
@@ -291,6 +294,37 @@ pub(crate) fn when(
             let found = table.present(&["at", "from", "to"]);
             let expected = "'at', or both 'from' and 'to', in seconds";
             Err(table.error(ErrorKind::Alternatives { place: "the objective".to_owned(), found, expected }))
+        }
+    }
+}
+
+/// The first frame is given: a target that is wanted from there on, and is elsewhere, leaves one frame to get there.
+pub(crate) fn warn_of_what_begins_elsewhere(
+    settings: &MotionSettings,
+    start: &Pose,
+    problem: &Problem,
+    objectives: &[ScenarioObjective],
+    warnings: &mut Vec<Warning>,
+) {
+    let begins = |when: When| {
+        when.frames(&settings.timeline).is_ok_and(|frames| frames.start == 0 && frames.len() > 1)
+    };
+    for objective in objectives.iter().filter(|o| settings.fixed_start && begins(o.when)) {
+        let term = objective.term.index();
+        let Some(reach) = problem.objective(term).and_then(Objective::reach) else { continue };
+        let Some(joint) = objective.joint else { continue };
+        let target = objective.path.as_ref().map_or(reach.target, |path| path.at(0.0));
+        let frame = start.frame(joint);
+        let point = frame.origin.value() + frame.rotation.quaternion() * reach.point;
+        let distance = point.distance(target);
+        if distance > objective.tolerance.metres {
+            let joint = name_of(start.rig(), joint).to_owned();
+            warnings.push(Warning::AwayAtStart {
+                objective: term + 1,
+                kind: objective.kind,
+                joint,
+                distance,
+            });
         }
     }
 }

@@ -38,11 +38,16 @@ impl PlannedScenario {
 impl MotionScenario {
     /// Plans from standing still at the start.
     ///
+    /// An objective without a weight of the text's own is wanted within its tolerance: with [`Method::Lm`], where the bar is
+    /// not a cost, its weight begins at 1 and is raised as long as that helps. Each call begins anew.
+    ///
     /// Where the duration is free and limits on speed and acceleration ask for more of it, the frames of the timeline come
     /// at later and uneven times; the clip has the curve through them at as many samples a second as the scenario asks
     /// for, and keeps the limits between those as well. Where no even samples do, it has the frames themselves.
-    pub fn plan(&self, workspace: &mut MotionWorkspace) -> PlannedScenario {
-        let PlannedMotion { clip, report } = self.solver.plan(&self.motion, &self.still(), workspace);
+    ///
+    /// [`Method::Lm`]: ikiru_solve::Method::Lm
+    pub fn plan(&mut self, workspace: &mut MotionWorkspace) -> PlannedScenario {
+        let PlannedMotion { clip, report } = self.plan_frames(workspace);
         let timeline = self.motion.timeline();
         if !self.motion.has_free_duration() || clip.times() == timeline.times() || report.invalid.is_some() {
             return PlannedScenario { clip, report, clock: Vec::new() };

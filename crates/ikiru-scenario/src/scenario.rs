@@ -259,6 +259,9 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
         targets.push(WrittenTarget { written, turned });
     }
     warn_of_what_nothing_moves(&rig, &problem, &objectives, &mut warnings);
+    if let Some(motion) = &motion {
+        crate::motion::warn_of_what_begins_elsewhere(motion, &start, &problem, &objectives, &mut warnings);
+    }
     let name = name.to_owned();
     Ok(Scenario {
         name,

@@ -17,6 +17,17 @@ pub enum Warning {
         /// Whether the joint slides.
         is_slider: bool,
     },
+    /// A target that is wanted from the first frame on, which is given and has the joint elsewhere.
+    AwayAtStart {
+        /// Position of the objective, from 1.
+        objective: usize,
+        /// Its kind.
+        kind: &'static str,
+        /// The joint's name.
+        joint: String,
+        /// From its target, in metres.
+        distance: f64,
+    },
     /// No active joint moves what an objective is about.
     OutOfHand {
         /// Position of the objective, from 1.
@@ -70,6 +81,11 @@ impl std::fmt::Display for Warning {
                     "{what} of '{joint}' lies {by} outside its limits: it was moved to the nearest pose inside"
                 )
             }
+            Self::AwayAtStart { objective, kind, joint, distance } => write!(
+                f,
+                "objective {objective} ({kind}) holds from the first frame on, where the start has '{joint}' {distance:.3} m \
+                 from its target: the motion has one frame to get there. Let it begin later, or start where it is met"
+            ),
             Self::OutOfHand { objective, kind, joint } => {
                 write!(
                     f,

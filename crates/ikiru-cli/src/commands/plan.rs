@@ -32,7 +32,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             target: scenario.target_json(idx),
         })
         .collect();
-    let motion = scenario.into_motion().map_err(Failure::input)?;
+    let mut motion = scenario.into_motion().map_err(Failure::input)?;
     let warnings = warnings::of_scenario(&motion.warnings);
     for warning in &warnings {
         output::note(format!("warning: {warning}"));

@@ -429,3 +429,57 @@ fn place(clip: &Clip, rig: &Rig, joint: &str, secs: f64) -> DVec3 {
     let id = rig.joint(joint).unwrap();
     world_matrices(&clip.sample_cubic(secs))[id.index()].w_axis.truncate()
 }
+
+#[test]
+fn targets_of_a_motion_without_a_weight_are_met_to_their_tolerance() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = "path = [[0.5, 0.45, 1.3, 0.25], [1.0, 0.3, 1.4, 0.35], [2.0, 0.35, 1.05, 0.3]]";
+    let text = |key: &str, weight: &str, motion: &str| {
+        let reach = REACH.replace("target = [0.35, 1.1, 0.3]", key);
+        format!("{ARM}{reach}{weight}\n[motion]\n{motion}\n")
+    };
+    let planned = |text: &str| run(folder.path(), "plan", text, &["--json"]);
+    let cases = [
+        (path, "duration_secs = 2"),
+        (path, "duration_secs = 2\nrate = 7"),
+        (path, "duration_secs = 2\nsmoothness = [0, 0.1, 1]"),
+        ("target = [0.35, 1.1, 0.3]\nat = 0.5", "duration_secs = 1\nrate = 7\n[motion.end]"),
+        ("target = [0.35, 1.1, 0.3]\nfrom = 0.2\nto = 0.5", "duration_secs = 1\nsmoothness = [1, 1, 1]"),
+    ];
+    for (key, motion) in cases {
+        let report = planned(&text(key, "", motion));
+        assert_eq!(report.code, 0, "{key} {motion}: {}{}", report.stdout, report.stderr);
+        let residual = report.json()["objectives"][0]["residual"].as_f64().unwrap();
+        assert!(residual <= 1e-3, "{key} {motion}: {residual} m");
+    }
+    // A weight that is written means what it says: so much of a target, and no more.
+    let report = planned(&text(path, "weight = 1", "duration_secs = 2")).json();
+    assert_eq!(
+        (report["success"].as_bool(), report["objectives"][0]["weight"].as_f64()),
+        (Some(false), Some(1.0))
+    );
+    // What is out of reach stays so, and is told as before.
+    let far = planned(&text("target = [3, 1, 1]", "", "duration_secs = 1"));
+    assert_eq!((far.code, &far.json()["objectives"][0]["satisfied"]), (1, &Value::Bool(false)));
+    // Hard limits on speed forbid it: they hold, and the target is missed.
+    let slow =
+        planned(&text("target = [0.35, 1.1, 0.3]", "", "duration_secs = 1\nmax_speed_deg = 20")).json();
+    assert_eq!(slow["success"], false);
+    assert!(slow["exceeded"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn a_path_that_begins_where_the_start_is_not_is_said_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let from = |secs: &str| {
+        let path = format!("path = [[{secs}, 0.45, 1.3, 0.25], [2.0, 0.35, 1.05, 0.3]]");
+        format!("{ARM}{}[motion]\nduration_secs = 2\n", REACH.replace("target = [0.35, 1.1, 0.3]", &path))
+    };
+    let jumps = run(folder.path(), "plan", &from("0"), &["--json"]);
+    let said = jumps.json()["warnings"][0].as_str().unwrap().to_owned();
+    assert!(said.contains("holds from the first frame on") && said.contains("'hand_l' 0.274 m"), "{said}");
+    for text in [from("0.5"), format!("{}fixed_start = false\n", from("0"))] {
+        let calm = run(folder.path(), "plan", &text, &["--json"]);
+        assert_eq!((calm.code, calm.stderr.as_str()), (0, ""));
+    }
+}
