@@ -454,7 +454,9 @@ impl Fault {
     /// The same in the file of a pose, which was read as a motion with one frame: its angles stand with its joints.
     pub(crate) fn of_pose(mut self) -> Self {
         if let Place::Pointer(pointer) = &mut self.0.0 {
-            *pointer = pointer.replacen("/angles/", "/joints/", 1).trim_end_matches("/0").to_owned();
+            let joints =
+                pointer.replacen("/angles/", "/joints/", 1).replacen("/translations/", "/joints/", 1);
+            *pointer = joints.trim_end_matches("/0").to_owned();
         }
         self
     }

@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{JointId, Motion, Rig};
-use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
 use ikiru_solve::Problem;
+use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
 use serde_json::{Map, Value, json};
 
 use crate::objective::{ScenarioObjective, TermHandle};

@@ -47,6 +47,8 @@ struct PoseJoint {
     euler_deg: Option<Numbers<3>>,
     angle_deg: Option<f64>,
     offset: Option<f64>,
+    /// Of a free joint that is not the root.
+    translation: Option<Numbers<3>>,
 }
 
 fn read_one(bytes: &[u8], base: &Pose) -> Result<Pose, Fault> {
@@ -61,6 +63,9 @@ fn read_one(bytes: &[u8], base: &Pose) -> Result<Pose, Fault> {
     for (name, joint) in members.joints.0 {
         if let Some(angles) = joint.angles(base.rig(), &name) {
             document.angles.0.push((name.clone(), angles));
+        }
+        if let Some(translation) = joint.translation {
+            document.translations.0.push((name.clone(), List(vec![translation])));
         }
         document.joints.0.push((name, List(vec![joint.rotation])));
     }

@@ -223,3 +223,31 @@ fn targets_come_back_as_they_were_written_until_they_are_changed() {
         scenario.target_json(0).as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect();
     assert!(DVec3::from_slice(&changed).distance(DVec3::new(0.5, 0.25, 0.5)) < 1e-12);
 }
+
+#[test]
+fn half_widths_of_cones_are_about_the_axes_that_the_documents_draw() {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/axes.md")).unwrap();
+    let word = |v: DVec3| {
+        let (idx, part) = v.to_array().into_iter().enumerate().find(|(_, part)| part.abs() > 0.999).unwrap();
+        format!("{}{}", if part < 0.0 { '−' } else { '+' }, ["x", "y", "z"][idx])
+    };
+    for (axis, name) in [(DVec3::X, "[1, 0, 0]"), (DVec3::Y, "[0, 1, 0]"), (DVec3::Z, "[0, 0, 1]")] {
+        let limits = format!("[limits.head]\naxis = {name}\nswing_deg = [50, 20]\n");
+        let scenario = parse(&format!("{HEAD}{limits}{REACH}"));
+        let head = scenario.rig.joint("head").unwrap();
+        let cone = *scenario.rig.get(head).unwrap().motion.cone().unwrap();
+        // What is inside the first half-width is beyond the second.
+        let row = |about: DVec3, width: f64| {
+            let turn = DQuat::from_axis_angle(about, width.to_radians());
+            assert!(cone.distance(turn)[0] < 1e-9, "{name} about {about}");
+            let towards = (turn * axis).reject_from(axis).normalize();
+            format!("{} | ±{}", word(about), word(towards).trim_start_matches(['−', '+']))
+        };
+        let (first, second) = (cone.first_swing_axis(), cone.second_swing_axis());
+        let line = format!("| `{name}` | {} | {} |", row(first, 49.0), row(second, 19.0));
+        assert!(text.contains(&line), "{line}");
+        for about in [second, -second] {
+            assert!(cone.distance(DQuat::from_axis_angle(about, 0.7))[0] > 0.1);
+        }
+    }
+}
