@@ -39,7 +39,7 @@ impl MotionScenario {
         let local = SolverOptions { search: Search::Local, max_iterations, ..options };
         let mut planned = self.plan_in(clock.rest_of(local), &self.still(), workspace);
         self.raise(&open, local, &clock, &mut planned, workspace);
-        if is_over(&planned) {
+        if is_over(&planned) || clock.has_run_out(&mut planned) {
             return planned;
         }
         // Another way may meet what no weight does; there, weights may help again.
@@ -59,7 +59,7 @@ impl MotionScenario {
         workspace: &mut MotionWorkspace,
     ) {
         let mut open = open.to_vec();
-        while !is_over(planned) {
+        while !is_over(planned) && !clock.has_run_out(planned) {
             open.retain(|term| {
                 let report = &planned.report.terms[*term];
                 report.mandatory && !report.satisfied && report.weight < MOST
@@ -142,6 +142,15 @@ struct Clock {
 impl Clock {
     fn new(budget: Option<Duration>) -> Self {
         Self { end: budget.and_then(|budget| Instant::now().checked_add(budget)) }
+    }
+
+    /// Whether nothing is left, which the report then says: laying out another plan would take time as well.
+    fn has_run_out(&self, planned: &mut PlannedMotion) -> bool {
+        let is_late = self.end.is_some_and(|end| Instant::now() >= end);
+        if is_late {
+            planned.report.stop = StopReason::TimeBudget;
+        }
+        is_late
     }
 
     fn rest_of(&self, options: SolverOptions) -> SolverOptions {

@@ -245,7 +245,8 @@ fn an_objective_that_weighs_nothing_is_off() {
     let folder = tempfile::tempdir().unwrap();
     let text = format!("{ARM}{REACH}weight = 0\n");
     let spoken = run(folder.path(), "solve", &text, &[]);
-    assert!(spoken.stdout.contains(" off"), "{}", spoken.stdout);
+    assert_eq!(spoken.code, 0, "{}", spoken.stdout);
+    assert!(spoken.stdout.contains(" off") && !spoken.stdout.contains("in the way"), "{}", spoken.stdout);
     assert!(!spoken.stdout.contains("ok"), "{}", spoken.stdout);
 }
 
@@ -458,6 +459,11 @@ fn targets_of_a_motion_without_a_weight_are_met_to_their_tolerance() {
         (report["success"].as_bool(), report["objectives"][0]["weight"].as_f64()),
         (Some(false), Some(1.0))
     );
+    // All plans together keep the time that is given, but for what the last of them takes to lay out.
+    let text_of_budget =
+        format!("{}[stop]\nmax_time_ms = 20\n", text("target = [3, 1, 1]", "", "duration_secs = 20"));
+    let late = planned(&text_of_budget).json();
+    assert_eq!(late["stop"], "time_budget");
     // What is out of reach stays so, and is told as before.
     let far = planned(&text("target = [3, 1, 1]", "", "duration_secs = 1"));
     assert_eq!((far.code, &far.json()["objectives"][0]["satisfied"]), (1, &Value::Bool(false)));
