@@ -1,5 +1,6 @@
 //! What can be typed, and what it means.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Args as Group, Parser, Subcommand};
@@ -8,7 +9,7 @@ use ikiru_formats::Format;
 const EXAMPLES: &str = "\
 Examples:
   ikiru demo                                  pose the built-in human, write ./ikiru-demo.glb
-  ikiru inspect avatar.vrm                    show joints, limits, roles and clips
+  ikiru inspect avatar.vrm                    show joints, where they are, their axes, limits, roles and clips
   ikiru solve reach.toml --out posed.glb      solve, write the posed character
   ikiru solve reach.toml --json | jq .cost    the same for programs
   ikiru plan wave.toml --out wave.glb         a smooth motion over time
@@ -30,7 +31,7 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Pose the built-in human: a multi-constraint reach, written as a skinned .glb that any viewer opens
     Demo(DemoArgs),
-    /// Show what a rig has: joints, degrees of freedom, limits, humanoid roles, clips, warnings
+    /// Show what a rig has: joints, places, axes, degrees of freedom, limits, humanoid roles, height, facing, clips
     Inspect(InspectArgs),
     /// Solve a scenario and report every objective
     Solve(SolveArgs),
@@ -41,6 +42,26 @@ pub(crate) enum Command {
     /// Measure: the paper's evaluation, arms of robots, and how good planned motions are
     #[command(subcommand)]
     Bench(BenchCommand),
+}
+
+impl Command {
+    /// Whether one JSON object is to go to stdout.
+    pub(crate) fn is_json(&self) -> bool {
+        match self {
+            Self::Demo(args) => args.json,
+            Self::Inspect(args) => args.json,
+            Self::Solve(args) => args.json,
+            Self::Plan(args) => args.json,
+            Self::Bench(BenchCommand::Motions(args)) => args.json,
+            Self::Convert(_) | Self::Bench(_) => false,
+        }
+    }
+}
+
+/// Whether a command line that cannot be parsed asks for JSON on stdout; `bench` has a key `--json FILE`.
+pub(crate) fn asks_for_json(typed: impl IntoIterator<Item = OsString>) -> bool {
+    let typed: Vec<OsString> = typed.into_iter().collect();
+    typed.get(1).is_some_and(|command| command != "bench") && typed.iter().any(|word| word == "--json")
 }
 
 #[derive(Debug, Subcommand)]
@@ -188,6 +209,13 @@ fn parse_count(text: &str) -> Result<usize, String> {
     }
 }
 
+fn parse_scale(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(scale) if scale > 0.0 && scale <= 1e9 => Ok(scale),
+        _ => Err("expected metres in a unit of the file, above 0".to_owned()),
+    }
+}
+
 fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(hz) if hz > 0.0 && hz <= 1e4 => Ok(hz),
@@ -213,13 +241,20 @@ pub(crate) struct DemoArgs {
 }
 
 #[derive(Debug, Group)]
-#[command(
-    after_help = "Examples:\n  ikiru inspect builtin:human\n  ikiru inspect avatar.vrm --json | jq '.joints[].role'\n\n\
-                  Built in: builtin:human, builtin:reference, builtin:panda, builtin:ur5, builtin:xarm7, builtin:g1"
-)]
+#[command(after_help = "\
+Examples:
+  ikiru inspect builtin:human
+  ikiru inspect avatar.vrm --json | jq '.joints[] | [.name, .rest.position]'
+  ikiru inspect walk.bvh --scale 0.01
+  ikiru inspect reach.toml                 the same, with the scenario's limits and root
+
+Built in: builtin:human, builtin:reference, builtin:panda, builtin:ur5, builtin:xarm7, builtin:g1")]
 pub(crate) struct InspectArgs {
-    /// A .glb, .gltf, .vrm, .vrma, .bvh or .urdf file, or one of the built-in rigs
+    /// A .glb, .gltf, .vrm, .vrma, .bvh or .urdf file, or one of the built-in rigs; or a scenario, as a .toml file or - for stdin
     pub(crate) rig: PathBuf,
+    /// Metres in a unit of the file, for .bvh files, which do not say; 1 otherwise
+    #[arg(long, value_name = "S", value_parser = parse_scale, allow_negative_numbers = true)]
+    pub(crate) scale: Option<f64>,
     /// Humanoid roles that count more than those found: lines such as leftHand = "Bip01_Hand.L"
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) roles: Option<PathBuf>,
@@ -240,7 +275,7 @@ A scenario, in full:
   joint = \"leftHand\"
   target = [0.35, 1.1, 0.35]")]
 pub(crate) struct SolveArgs {
-    /// A scenario, as a .toml file
+    /// A scenario, as a .toml file; - for stdin
     pub(crate) scenario: PathBuf,
     /// Print the report as one JSON object
     #[arg(long)]
@@ -260,7 +295,7 @@ A scenario with a motion has, beside what 'ikiru solve' reads:
   [[objective]]
   at = 1.0                 # seconds; or: from = 0.5 and to = 1.5; the end by default")]
 pub(crate) struct PlanArgs {
-    /// A scenario with [motion], as a .toml file
+    /// A scenario with [motion], as a .toml file; - for stdin
     pub(crate) scenario: PathBuf,
     /// Print the report and the motion as one JSON object
     #[arg(long)]
@@ -319,6 +354,7 @@ Examples:
   ikiru convert walk.bvh walk.glb --onto avatar.vrm      on that avatar, skinned and animated
   ikiru convert walk.bvh walk.csv --rate 30              its numbers as a table, 30 rows a second
   ikiru convert walk.bvh walk.json --onto builtin:human  as joint rotations of that rig
+  ikiru convert cmu.bvh walk.csv --scale 0.056444        lengths in metres, where the file's unit is another
   ikiru convert avatar.vrm skeleton.bvh                  its skeleton at rest
   ikiru convert motion.json motion.glb --onto avatar.vrm what 'ikiru plan --out motion.json' wrote for that avatar
 
@@ -342,6 +378,9 @@ pub(crate) struct ConvertArgs {
     /// Frames a second, evenly, along a smooth curve through the motion's own; as near as first and last frame allow
     #[arg(long, value_name = "HZ", value_parser = parse_rate)]
     pub(crate) rate: Option<f64>,
+    /// Metres in a unit of the input, for .bvh files, which do not say; 1 otherwise
+    #[arg(long, value_name = "S", value_parser = parse_scale, allow_negative_numbers = true)]
+    pub(crate) scale: Option<f64>,
     /// Humanoid roles that count more than those found in the input
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) roles: Option<PathBuf>,

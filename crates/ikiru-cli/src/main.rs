@@ -3,10 +3,12 @@
 mod args;
 mod commands;
 mod failure;
+mod input;
 mod json;
+mod numbers;
 mod output;
 mod report;
-mod roles;
+mod warnings;
 
 use std::process::ExitCode;
 
@@ -20,9 +22,13 @@ fn main() -> ExitCode {
         Err(error) => {
             // Help and version come this way as well. A closed pipe is no reason to complain.
             let _ = error.print();
+            if error.use_stderr() && args::asks_for_json(std::env::args_os()) {
+                let _ = output::print(&format!("{}\n", failure::misuse(&error)));
+            }
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    let as_json = args.command.is_json();
     let done = match args.command {
         Command::Demo(demo) => commands::demo::run(&demo),
         Command::Inspect(inspect) => commands::inspect::run(&inspect),
@@ -36,7 +42,7 @@ fn main() -> ExitCode {
     match done {
         Ok(outcome) => outcome.exit_code(),
         Err(failure) => {
-            output::error(&failure);
+            output::error(&failure, as_json);
             failure.exit_code()
         }
     }

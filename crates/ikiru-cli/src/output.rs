@@ -28,17 +28,14 @@ pub(crate) fn note(text: impl Display) {
     let _ = writeln!(stderr(), "{}", printable(&text.to_string()));
 }
 
-/// An error with its causes, one a line.
-pub(crate) fn error(failure: &Failure) {
-    let mut said = String::new();
-    for (idx, cause) in failure.error().chain().enumerate() {
-        let text = cause.to_string();
-        // Some errors quote their cause already.
-        if said.contains(&text) {
-            continue;
-        }
+/// An error with its causes, one a line; for programs as one object on stdout besides, where nothing else went there.
+pub(crate) fn error(failure: &Failure, as_json: bool) {
+    for (idx, text) in failure.texts().into_iter().enumerate() {
         note(format!("{}: {text}", if idx == 0 { "error" } else { "  because" }));
-        said.push_str(&text);
+    }
+    if let (true, Failure::Input(_)) = (as_json, failure) {
+        // The exit status tells of the failure, whether or not this can be printed.
+        let _ = print(&format!("{}\n", failure.json()));
     }
 }
 

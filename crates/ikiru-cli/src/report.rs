@@ -8,9 +8,11 @@ use glam::DVec3;
 use ikiru_rig::{JointId, Motion, Pose, Rig, Role};
 use ikiru_scenario::{Scenario, TermHandle};
 use ikiru_solve::objectives::{Apart, Gaze};
-use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, Report, SolverOptions, StopReason, TermReport, Unit};
+use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, Report, SolverOptions, StopReason, TermReport};
 
+use crate::numbers::{self, short};
 use crate::output::printable;
+use crate::warnings;
 
 /// How many active limits are listed by name.
 const MOST_LIMITS: usize = 4;
@@ -21,7 +23,7 @@ pub(crate) fn warnings(scenario: &Scenario, report: &Report<'_>) -> Vec<String> 
         report.terms.iter().enumerate().filter_map(|(idx, term)| {
             term.warning.map(|w| format!("objective {} ({}) {w}", idx + 1, term.kind))
         });
-    scenario.warnings.iter().map(ToString::to_string).chain(of_terms).collect()
+    warnings::of_scenario(&scenario.warnings).into_iter().chain(of_terms).collect()
 }
 
 /// The report of a solve: the objectives as a table, then what came of it. `notes` follow the time.
@@ -39,14 +41,14 @@ pub(crate) fn solved(
     };
     let verdict = if report.success { "reached" } else { "not reached" };
     line(verdict, stop_text(report.stop, scenario.solver.options()));
-    line("cost", cost_text(report.cost));
+    line("cost", numbers::cost(report.cost));
     let starts = match report.restarts {
         0 => "from the start alone".to_owned(),
         1 => "with 1 restart".to_owned(),
         n => format!("with {n} restarts"),
     };
     line("iterations", format!("{} {starts}, method {}", report.iterations, scenario.method()));
-    let time = time_text(time);
+    let time = numbers::time(time);
     line("time", if notes.is_empty() { time } else { format!("{time} {}", notes.join(", ")) });
     if !report.limits.is_empty() {
         let named: Vec<String> =
@@ -58,7 +60,11 @@ pub(crate) fn solved(
     if let Some((term, obstacle)) = report.obstacle {
         line(
             "in the way",
-            format!("of {}: {}", objective_text(scenario, term), obstacle_text(scenario, obstacle, pose)),
+            format!(
+                "of {}: {}",
+                objective_text(scenario, term),
+                obstacle_text(scenario, term, obstacle, pose)
+            ),
         );
     }
     printable(&text).into_owned()
@@ -83,6 +89,8 @@ fn objectives(scenario: &Scenario, report: &Report<'_>) -> Table {
     let mut table = table(["", "objective", "joint", "target", "weight", "residual", ""]);
     for (idx, term) in report.terms.iter().enumerate() {
         let mark = match (term.satisfied, term.mandatory) {
+            // Nothing is wanted of it.
+            _ if term.weight == 0.0 => "off",
             (true, _) => "ok",
             // Where the cost decides, a tolerance does not.
             (false, true) if by_cost && report.success => "",
@@ -141,38 +149,8 @@ fn target_text(scenario: &Scenario, objective: usize) -> String {
 }
 
 fn residual_text(term: &TermReport) -> String {
-    let others = term.others.iter().map(|part| length_text(part.residual, part.unit));
-    std::iter::once(length_text(term.residual, term.unit)).chain(others).collect::<Vec<_>>().join(", ")
-}
-
-pub(crate) fn length_text(residual: f64, unit: Unit) -> String {
-    match unit {
-        Unit::Metres => format!("{:.2} mm", residual * 1e3),
-        Unit::Radians => format!("{:.2}°", residual.to_degrees()),
-    }
-}
-
-/// A number in few digits.
-pub(crate) fn short(number: f64) -> String {
-    let text = format!("{number:.4}");
-    if number != 0.0 && number.abs() < 1e-3 {
-        return format!("{number:.2e}");
-    }
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-pub(crate) fn cost_text(cost: f64) -> String {
-    if cost != 0.0 && cost < 1e-3 { format!("{cost:.2e}") } else { format!("{cost:.5}") }
-}
-
-/// A duration in the unit that suits it.
-pub(crate) fn time_text(time: Duration) -> String {
-    let us = time.as_secs_f64() * 1e6;
-    match us {
-        _ if us < 1e3 => format!("{us:.1} µs"),
-        _ if us < 1e6 => format!("{:.2} ms", us / 1e3),
-        _ => format!("{:.2} s", us / 1e6),
-    }
+    let others = term.others.iter().map(|part| numbers::residual(part.residual, part.unit));
+    std::iter::once(numbers::residual(term.residual, term.unit)).chain(others).collect::<Vec<_>>().join(", ")
 }
 
 pub(crate) fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
@@ -191,6 +169,11 @@ pub(crate) fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
     }
 }
 
+/// Why an objective stays as it is.
+pub(crate) fn nothing_moves(joint: &str) -> String {
+    format!("no active joint moves '{joint}'")
+}
+
 fn objective_text(scenario: &Scenario, term: usize) -> String {
     let kind = scenario.objectives.get(term).map_or("", |o| o.kind);
     match scenario.joint_name(term) {
@@ -199,7 +182,10 @@ fn objective_text(scenario: &Scenario, term: usize) -> String {
     }
 }
 
-fn obstacle_text(scenario: &Scenario, obstacle: Obstacle, pose: &Pose) -> String {
+fn obstacle_text(scenario: &Scenario, term: usize, obstacle: Obstacle, pose: &Pose) -> String {
+    if let Some(joint) = scenario.out_of_hand(term) {
+        return format!("{}: expected a joint above it in 'active'", nothing_moves(joint));
+    }
     match obstacle {
         Obstacle::Limit(limit) => format!("the limit of {}", limit_text(&limit, pose)),
         Obstacle::Term(other) => format!("{} pulls the other way", objective_text(scenario, other)),
@@ -211,25 +197,24 @@ fn obstacle_text(scenario: &Scenario, obstacle: Obstacle, pose: &Pose) -> String
 fn limit_text(limit: &ActiveLimit, pose: &Pose) -> String {
     let rig = pose.rig();
     let name = name(rig, limit.joint);
-    let degrees = |radians: f64| format!("{}°", short(radians.to_degrees()));
     match limit.kind {
         LimitKind::Angle(axis) => {
             let angle = pose.euler(limit.joint).and_then(|a| a.get(axis).copied()).unwrap_or_default();
-            format!("{name} angle {} {}", ["x", "y", "z"].get(axis).unwrap_or(&""), degrees(angle))
+            format!("{name} angle {} {}", ["x", "y", "z"].get(axis).unwrap_or(&""), numbers::angle(angle))
         }
         LimitKind::Value => {
             let value = pose.value(limit.joint).unwrap_or_default();
             match rig.get(limit.joint).map(|j| j.motion) {
-                Some(Motion::Slider { .. }) => format!("{name} offset {} m", short(value)),
-                _ => format!("{name} angle {}", degrees(value)),
+                Some(Motion::Slider { .. }) => format!("{name} offset {} m", numbers::length(value)),
+                _ => format!("{name} angle {}", numbers::angle(value)),
             }
         }
         LimitKind::Swing | LimitKind::Twist => {
             let cone = rig.get(limit.joint).and_then(|j| j.motion.cone().copied());
             let (swing, twist) = cone.map(|c| c.decompose(pose.rotation(limit.joint))).unwrap_or_default();
             match limit.kind {
-                LimitKind::Swing => format!("{name} swing {}", degrees(swing[0].hypot(swing[1]))),
-                _ => format!("{name} twist {}", degrees(twist)),
+                LimitKind::Swing => format!("{name} swing {}", numbers::angle(swing[0].hypot(swing[1]))),
+                _ => format!("{name} twist {}", numbers::angle(twist)),
             }
         }
     }

@@ -136,8 +136,8 @@ pub enum ErrorKind {
         /// What was found and what was expected.
         message: String,
     },
-    /// Valid JSON, but not a motion: a member has the wrong type or is missing.
-    #[error("not as a motion has it: {message}")]
+    /// Valid JSON, but neither a pose nor a motion: a member has the wrong type or is missing.
+    #[error("not as a pose or motion has it: {message}")]
     MotionShape {
         /// What was found and what was expected.
         message: String,
@@ -270,7 +270,8 @@ pub enum ErrorKind {
     Rig(#[from] RigError),
     /// A rig that was not read from a glTF file.
     #[error(
-        "a rig without a source file cannot be written as .glb: expected one that was read from a glTF file"
+        "a .glb file is written with the mesh, skin and nodes of the file that the rig was read from: expected a rig that was \
+         read from a .glb, .gltf or .vrm file"
     )]
     NoSource,
     /// A file that is no avatar's, and should be written as one.
@@ -453,6 +454,16 @@ impl Fault {
 
     pub(crate) fn at(pointer: impl Into<String>, kind: ErrorKind) -> Self {
         Self::new(Place::Pointer(pointer.into()), kind)
+    }
+
+    /// The same in the file of a pose, which was read as a motion with one frame: its angles stand with its joints.
+    pub(crate) fn of_pose(mut self) -> Self {
+        if let Place::Pointer(pointer) = &mut self.0.0 {
+            let joints =
+                pointer.replacen("/angles/", "/joints/", 1).replacen("/translations/", "/joints/", 1);
+            *pointer = joints.trim_end_matches("/0").to_owned();
+        }
+        self
     }
 
     pub(crate) fn in_file(self, file: &str) -> Error {

@@ -68,6 +68,13 @@ pub fn read_scaled(path: impl AsRef<Path>, scale: f64) -> Result<Loaded, Error> 
     Ok(Loaded { name: Some(name), ..loaded })
 }
 
+/// Whether the format of a file, by its ending, does not say how long its unit is, so that
+/// [`read_scaled`] can be told: BVH's does not.
+#[must_use]
+pub fn lacks_unit(path: impl AsRef<Path>) -> bool {
+    path.as_ref().extension().is_some_and(|ending| ending.eq_ignore_ascii_case("bvh"))
+}
+
 /// Reads a binary glTF or VRM file from memory; `name` stands in messages. Other files that it refers to are
 /// not looked for.
 ///

@@ -1,5 +1,7 @@
 //! What a reader mended or left out, for the user to know.
 
+use std::mem::discriminant;
+
 use ikiru_rig::humanoid::RoleProblem;
 
 use crate::gltf::DataProblem;
@@ -191,6 +193,32 @@ pub enum BoneProblem {
     Repeated,
 }
 
+impl Warning {
+    /// Whether it is about clips alone: who uses none of the file's need not know.
+    #[must_use]
+    pub fn is_about_clips(&self) -> bool {
+        matches!(
+            self,
+            Self::Animations { .. }
+                | Self::ClipDropped { .. }
+                | Self::ClipUnfit { .. }
+                | Self::ClipRenamed { .. }
+                | Self::ChannelsIgnored { .. }
+                | Self::ExtraNumbers { .. }
+        )
+    }
+
+    /// Whether both say the same, of different places: many of one kind can be counted instead of repeated.
+    #[must_use]
+    pub fn is_alike(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Urdf(a), Self::Urdf(b)) => discriminant(a) == discriminant(b),
+            (Self::Role(a), Self::Role(b)) => discriminant(a) == discriminant(b),
+            (a, b) => discriminant(a) == discriminant(b),
+        }
+    }
+}
+
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -303,20 +331,6 @@ impl std::fmt::Display for BoneProblem {
             Self::Taken { joint, bone } => write!(f, "joint '{joint}' is the bone '{bone}' already"),
             Self::Repeated => f.write_str("another joint is this bone already"),
         }
-    }
-}
-
-impl Warning {
-    /// Whether it is about the file's clips alone.
-    pub(crate) fn is_about_clips(&self) -> bool {
-        matches!(
-            self,
-            Self::Animations { .. }
-                | Self::ClipDropped { .. }
-                | Self::ClipUnfit { .. }
-                | Self::ClipRenamed { .. }
-                | Self::ChannelsIgnored { .. }
-        )
     }
 }
 

@@ -148,10 +148,16 @@ impl Cone {
     }
 
     /// The axis of the first half-width: x made perpendicular to the twist axis (z where the twist axis is
-    /// within 26° of x). The second is `axis × first`.
+    /// within 26° of x). The [second](Self::second_swing_axis) is `axis × first`.
     #[must_use]
     pub fn first_swing_axis(&self) -> DVec3 {
         self.first
+    }
+
+    /// The axis of the second half-width: `axis × first`.
+    #[must_use]
+    pub fn second_swing_axis(&self) -> DVec3 {
+        self.second
     }
 
     /// The half-widths of the swing, in radians.

@@ -9,14 +9,28 @@ pub struct UnknownName {
     pub nearest: Vec<String>,
 }
 
+impl UnknownName {
+    /// The question that helps: `did you mean 'a', 'b' or 'c'?`; `None` where no name comes near.
+    ///
+    /// ```
+    /// let unknown = ikiru_rig::unknown_name("leftHnad", ["leftHand", "head"]);
+    /// assert_eq!(unknown.guess().as_deref(), Some("did you mean 'leftHand'?"));
+    /// assert_eq!(ikiru_rig::unknown_name("tail", ["leftHand"]).guess(), None);
+    /// ```
+    #[must_use]
+    pub fn guess(&self) -> Option<String> {
+        let (last, others) = self.nearest.split_last()?;
+        Some(match others {
+            [] => format!("did you mean '{last}'?"),
+            _ => format!("did you mean '{}' or '{last}'?", others.join("', '")),
+        })
+    }
+}
+
 impl std::fmt::Display for UnknownName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "there is no '{}'", self.name)?;
-        match self.nearest.split_last() {
-            None => Ok(()),
-            Some((only, [])) => write!(f, "; did you mean '{only}'?"),
-            Some((last, others)) => write!(f, "; did you mean '{}' or '{last}'?", others.join("', '")),
-        }
+        self.guess().map_or(Ok(()), |guess| write!(f, "; {guess}"))
     }
 }
 

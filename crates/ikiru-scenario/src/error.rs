@@ -122,11 +122,31 @@ pub enum ErrorKind {
     /// A name that no joint and no role of the rig has.
     #[error("the rig has no joint or humanoid role '{name}'{guess}", name = .0.name, guess = guess(.0))]
     UnknownJoint(UnknownName),
-    /// A joint that cannot move.
+    /// A joint that the file has fixed, as a glTF file has what no skin uses.
     #[error(
-        "joint '{0}' does not move, since no skin of the file uses it: expected a joint that moves, or limits that make it move, [limits.{0}]"
+        "joint '{0}' does not move, it is fixed in the file: expected a joint that moves, or limits that make it move, [limits.{0}]"
     )]
     Immobile(String),
+    /// A joint that moves only as another does.
+    #[error("joint '{joint}' follows '{leader}' and does not move by itself: expected '{leader}'")]
+    Follower {
+        /// The joint.
+        joint: String,
+        /// The one that it follows.
+        leader: String,
+    },
+    /// The file of a pose cannot be opened.
+    #[error("the pose '{file}' cannot be read")]
+    PoseIo {
+        /// Its path.
+        file: String,
+        /// The reason.
+        #[source]
+        source: std::io::Error,
+    },
+    /// The file of a pose is not one, or does not fit the rig.
+    #[error("the pose cannot be used")]
+    PoseFile(#[source] ikiru_formats::Error),
     /// Two names that mean the same joint, where each joint can stand once.
     #[error("'{second}' is the same joint as '{first}', which {place} has already: expected it once")]
     Twice {
@@ -190,12 +210,9 @@ pub enum ErrorKind {
     NothingMoves,
 }
 
-/// `; did you mean 'a'?` as it goes on after a name.
+/// ` (did you mean 'a'?)` as it goes on after a name.
 fn guess(unknown: &UnknownName) -> String {
-    let text = unknown.to_string();
-    text.find("; did you mean")
-        .map(|at| text[at..].trim_end_matches('?').replacen("; d", " (d", 1) + "?)")
-        .unwrap_or_default()
+    unknown.guess().map(|guess| format!(" ({guess})")).unwrap_or_default()
 }
 
 /// `'a', 'b' or 'c'`.

@@ -31,16 +31,16 @@
 //! | key | means | left out |
 //! |---|---|---|
 //! | `version` | 1 | an error |
-//! | `rig` | `"builtin:human"`, `"builtin:reference"`, or a path, from the scenario's folder | an error |
+//! | `rig` | a built-in rig, `"builtin:NAME"` with `human`, `reference`, `panda`, `ur5`, `xarm7` or `g1`, or a path, from the scenario's folder | an error |
 //! | `method` | `"lm"`, `"adam"`, `"ccd"`, `"fabrik"`, or `"ipopt"` where the build has it | `"lm"` |
 //! | `active` | joints that may move, by name or humanoid role | all that can move |
 //! | `root` | `"free"`: the topmost joint that moves also translates | it does not |
 //! | `scale` | metres in a unit of the file, for formats that do not say; BVH | 1 |
 //! | `world` | `"scene"` or `"file"`: whose axes targets are in: y up and facing +z, or those of a URDF or VRM 0.x file | `"scene"` |
 //! | `[limits.NAME]` | `min_deg`, `max_deg`: ranges of the angles (x, y, z) of `Rz·Ry·Rx`; or `axis`, `swing_deg`, `twist_deg`: a cone, twist ±180 unless given | as the rig has it |
-//! | `[start]` | `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]` | the rest pose |
+//! | `[start]` | the name of a pose's file, `start = "pose.json"`, as `ikiru solve` writes it; or `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]` | the rest pose |
 //! | `[[objective]]` | `kind` and its keys, below | an error |
-//! | `[motion]` | for planning: `duration_secs` and `rate` (30), or `points`; `smoothness = [speed, acceleration, jerk]` (0.001 each), `even_spacing` (0), `start_at_rest`, `end_at_rest` (false), `fixed_start` (true), `[motion.end]` as `[start]` | a single pose |
+//! | `[motion]` | for planning: `duration_secs` and `rate` (30), or `points`; `smoothness = [speed, acceleration, jerk]` (0.001 each), `even_spacing` (0), `start_at_rest`, `end_at_rest` (false), `fixed_start` (true), `[motion.end]` or `end` as `[start]` | a single pose |
 //! | …, of active joints | `max_speed_deg`, `max_acceleration_deg` (what turns), `max_speed`, `max_acceleration` (what slides, metres), `[motion.limits.NAME]` with the same keys; `free_duration = true`: take longer where they ask for it | no limits; the time as given |
 //! | `[stop]` | `cost_below`, `max_iterations` (500), `max_restarts` (64), `max_time_ms` | as in brackets |
 //!
@@ -61,7 +61,16 @@
 //! otherwise. `path = [[secs, x, y, z], …]` is a target that moves along a smooth curve, for as long as it goes on unless
 //! times are given. [`Scenario::into_motion`] makes it ready to plan.
 //!
-//! Every objective takes `weight` (1), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
+//! In a motion, targets compete with smoothness: a fixed weight misses them by as much as length and speed of the motion ask
+//! for. An objective without `weight` is wanted within its tolerance there: its weight begins at 1 and is raised tenfold as long as
+//! it is missed and that helps (with `lm`, and where `cost_below` does not say what is enough). What limits, reach or other
+//! objectives forbid is missed all the same, and reported. A `weight` that is written stays what it is, and so much of the
+//! target is met. Which axes numbers count along is drawn in `docs/axes.md`.
+//!
+//! The first frame is the start, so that what holds from 0 s on holds from the second frame on: a target or path that begins
+//! there and is elsewhere leaves one frame to get to it, which is a warning.
+//!
+//! Every objective takes `weight` (1, in a motion as above), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
 //! `{ huber = width }` (`known_rotation` and `rest_pose`: squared alone). Tolerances are 0.001 m and 0.5° unless
 //! given. Metres, degrees in keys that end in `_deg`, y up.
 
@@ -70,15 +79,20 @@ mod error;
 mod limits;
 mod motion;
 mod objective;
+mod planned;
 mod rate_limits;
 mod scenario;
+mod start;
 mod table;
+mod target;
 mod values;
 mod warning;
+mod weights;
 
 pub use builtin::BUILTINS;
 pub use error::{Error, ErrorKind};
 pub use motion::{MotionScenario, MotionSettings};
 pub use objective::{ScenarioObjective, TermHandle};
+pub use planned::PlannedScenario;
 pub use scenario::{Scenario, TargetError};
-pub use warning::Warning;
+pub use warning::{ScenarioPose, Warning};

@@ -12,8 +12,8 @@ const EULER: [&str; 2] = ["min_deg", "max_deg"];
 const CONE: [&str; 3] = ["axis", "swing_deg", "twist_deg"];
 const KEYS: [&str; 5] = ["min_deg", "max_deg", "axis", "swing_deg", "twist_deg"];
 
-/// The rig with the scenario's limits, its root free where the scenario says so.
-pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<Rig, Error> {
+/// The rig with the scenario's limits, its root free where the scenario says so; and the joints that it limits.
+pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<(Rig, Vec<JointId>), Error> {
     let mut builder = rig.to_builder();
     let mut seen: Vec<(JointId, Value<'_>)> = Vec::new();
     let limits = scenario.table("limits")?;
@@ -28,19 +28,28 @@ pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<Rig, Error> {
     }
     if let Some(root) = scenario.get("root") {
         root.word("root", &["free"])?;
-        let topmost = builder.joints_mut().iter().position(|j| j.n_dofs() > 0).map(JointId::from_index);
-        let Some(topmost) = topmost else { return Err(root.error(ErrorKind::NothingMoves)) };
-        if let Motion::Euler { .. } = builder.joints_mut()[topmost.index()].motion {
+        let freed = match builder.free_root() {
+            Err(RigError::NoRoot) => return Err(root.error(ErrorKind::NothingMoves)),
+            freed => freed.map_err(|e| root.error(ErrorKind::Limits(e)))?,
+        };
+        // Angles of the file's own, as BVH roots have, make room for a free rotation.
+        let given = seen.iter().find(|(joint, _)| *joint == freed).map(|(_, value)| value);
+        if let Some(value) = given.filter(|value| has_key(value, &EULER)) {
             let reason = "is the free root, which angle ranges cannot limit: expected a cone, \
                           'axis', 'swing_deg' and 'twist_deg', or no limits";
-            let at = seen.iter().find(|(joint, _)| *joint == topmost).map_or(&root, |(_, value)| value);
-            let joint = name_of(rig, topmost).to_owned();
-            return Err(at.key_error(ErrorKind::Unfit { joint, reason: reason.to_owned() }));
+            let joint = name_of(rig, freed).to_owned();
+            return Err(value.key_error(ErrorKind::Unfit { joint, reason: reason.to_owned() }));
         }
-        builder.free_root().map_err(|e| root.error(ErrorKind::Limits(e)))?;
     }
     let is_changed = !seen.is_empty() || scenario.get("root").is_some();
-    if is_changed { builder.build().map_err(|e| place_of(e, scenario, &limits)) } else { Ok(rig.clone()) }
+    let built =
+        if is_changed { builder.build().map_err(|e| place_of(e, scenario, &limits))? } else { rig.clone() };
+    Ok((built, seen.into_iter().map(|(joint, _)| joint).collect()))
+}
+
+/// Whether the limits of a joint, which were read already, have one of the keys.
+fn has_key(limits: &Value<'_>, keys: &[&str]) -> bool {
+    limits.table(String::new()).is_ok_and(|table| keys.iter().any(|key| table.get(key).is_some()))
 }
 
 fn place_of(error: RigError, scenario: &Table<'_>, limits: &Option<Table<'_>>) -> Error {

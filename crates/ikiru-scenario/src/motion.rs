@@ -1,20 +1,23 @@
 //! `[motion]`: a scenario as a motion over time.
 
+use std::path::Path;
+
 use glam::DVec3;
 use ikiru_formats::Loaded;
 use ikiru_rig::{Clip, JointId, Pose, RateLimit, Rig};
 use ikiru_solve::objectives::{Gaze, LookAt, Position};
 use ikiru_solve::{
-    MotionError, MotionProblem, MotionWorkspace, PlannedMotion, Problem, Solver, TargetPath, Timeline,
-    TimelineError, When,
+    MotionError, MotionProblem, Objective, Problem, Solver, TargetPath, Timeline, TimelineError, When,
 };
 
 use crate::error::{Error, ErrorKind};
 use crate::objective::{ScenarioObjective, TermHandle};
 use crate::rate_limits;
-use crate::scenario::{Scenario, pose_of_table};
+use crate::scenario::{Scenario, out_of_hand};
+use crate::start;
 use crate::table::{Table, Value};
-use crate::warning::Warning;
+use crate::values::name_of;
+use crate::warning::{ScenarioPose, Warning};
 
 /// What `[motion]` asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,9 +64,10 @@ pub struct MotionScenario {
 }
 
 impl MotionScenario {
-    /// Plans from standing still at the start.
-    pub fn plan(&self, workspace: &mut MotionWorkspace) -> PlannedMotion {
-        self.solver.plan(&self.motion, &self.still(), workspace)
+    /// The joint of an objective that no active joint moves, if there is one: nothing can then change its residual.
+    #[must_use]
+    pub fn out_of_hand(&self, objective: usize) -> Option<&str> {
+        out_of_hand(&self.warnings, objective)
     }
 
     /// A clip that stands still at the start: the guess of a cold plan.
@@ -139,10 +143,10 @@ const LENGTH: &str = "'duration_secs' (with 'rate' in frames a second, 30 by def
 
 /// Reads `[motion]`, if it is there. An end pose has the joints that it does not name as the start has them.
 pub(crate) fn read(
-    rig: &Rig,
     active: &[JointId],
     scenario: &Table<'_>,
     start: &Pose,
+    folder: &Path,
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<MotionSettings>, Error> {
     let Some(table) = scenario.table("motion")? else { return Ok(None) };
@@ -178,15 +182,15 @@ pub(crate) fn read(
     let truth = |key: &str| table.get(key).map_or(Ok(false), |v| v.truth());
     let at_rest = [truth("start_at_rest")?, truth("end_at_rest")?];
     let fixed_start = table.get("fixed_start").map_or(Ok(true), |v| v.truth())?;
-    let end = match table.table("end")? {
-        Some(end) => Some(pose_of_table(rig, &end, start.clone(), "[motion.end]", warnings)?),
+    let end = match table.get("end") {
+        Some(end) => Some(start::given(&end, start, ScenarioPose::End, folder, warnings)?),
         None => None,
     };
     if end.is_some() && fixed_start && timeline.n_samples() == 2 {
         let kind = MotionError::GivenSamples { given: 1, side: "end", n_samples: 2, taken: 1 };
         return Err(table.error(ErrorKind::Motion(kind)));
     }
-    let rate_limits = rate_limits::read(rig, active, &table)?;
+    let rate_limits = rate_limits::read(start.rig(), active, &table)?;
     let mut free_duration = false;
     if let Some(value) = table.get("free_duration") {
         free_duration = value.truth()?;
@@ -290,6 +294,37 @@ pub(crate) fn when(
             let found = table.present(&["at", "from", "to"]);
             let expected = "'at', or both 'from' and 'to', in seconds";
             Err(table.error(ErrorKind::Alternatives { place: "the objective".to_owned(), found, expected }))
+        }
+    }
+}
+
+/// The first frame is given: a target that is wanted from there on, and is elsewhere, leaves one frame to get there.
+pub(crate) fn warn_of_what_begins_elsewhere(
+    settings: &MotionSettings,
+    start: &Pose,
+    problem: &Problem,
+    objectives: &[ScenarioObjective],
+    warnings: &mut Vec<Warning>,
+) {
+    let begins = |when: When| {
+        when.samples(&settings.timeline).is_ok_and(|samples| samples.start == 0 && samples.len() > 1)
+    };
+    for objective in objectives.iter().filter(|o| settings.fixed_start && begins(o.when)) {
+        let term = objective.term.index();
+        let Some(reach) = problem.objective(term).and_then(Objective::reach) else { continue };
+        let Some(joint) = objective.joint else { continue };
+        let target = objective.path.as_ref().map_or(reach.target, |path| path.at(0.0));
+        let frame = start.frame(joint);
+        let point = frame.origin.value() + frame.rotation.quaternion() * reach.point;
+        let distance = point.distance(target);
+        if distance > objective.tolerance.metres {
+            let joint = name_of(start.rig(), joint).to_owned();
+            warnings.push(Warning::AwayAtStart {
+                objective: term + 1,
+                kind: objective.kind,
+                joint,
+                distance,
+            });
         }
     }
 }

@@ -6,7 +6,7 @@ use ikiru_solve::objectives::{
     Apart, Direction, Distance, Gaze, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget, Position,
     RelativePose, RestPose,
 };
-use ikiru_solve::{Loss, Objective, Problem, TargetPath, TermId, Timeline, Tolerance, When};
+use ikiru_solve::{Loss, MotionProblem, Objective, Problem, TargetPath, TermId, Timeline, Tolerance, When};
 
 use crate::error::{Error, ErrorKind};
 use crate::motion::{path, when};
@@ -26,6 +26,9 @@ const KINDS: [&str; 10] = [
     "rest_pose",
 ];
 
+/// The weight of an objective that has none of its own.
+pub(crate) const DEFAULT_WEIGHT: f64 = 1.0;
+
 /// One `[[objective]]` of a scenario, in the order of the text, which is that of the problem's terms.
 #[derive(Clone, Debug)]
 pub struct ScenarioObjective {
@@ -35,6 +38,13 @@ pub struct ScenarioObjective {
     pub joint: Option<JointId>,
     /// Its term in the problem.
     pub term: TermHandle,
+    /// Line and column of the text where it stands, from 1.
+    pub place: (usize, usize),
+    /// The weight that the text gives it. Without one it is 1; in a motion as much as meets the objective: see
+    /// [`MotionScenario::plan`](crate::MotionScenario::plan).
+    pub weight: Option<f64>,
+    /// How near is near enough.
+    pub tolerance: Tolerance,
     /// When it holds, in a scenario with `[motion]`; the last frame otherwise.
     pub when: When,
     /// What its target follows over time, in a scenario with `[motion]`; `None` for one that stays.
@@ -68,6 +78,22 @@ pub enum TermHandle {
 }
 
 impl TermHandle {
+    /// Changes the weight of the term in a motion.
+    pub(crate) fn set_weight(self, motion: &mut MotionProblem, weight: f64) {
+        match self {
+            Self::Position(id) => motion.set_weight(id, weight),
+            Self::Orientation(id) => motion.set_weight(id, weight),
+            Self::Pose(id) => motion.set_weight(id, weight),
+            Self::LookAt(id) => motion.set_weight(id, weight),
+            Self::Direction(id) => motion.set_weight(id, weight),
+            Self::RelativePose(id) => motion.set_weight(id, weight),
+            Self::Distance(id) => motion.set_weight(id, weight),
+            Self::PoleVector(id) => motion.set_weight(id, weight),
+            Self::KnownRotation(id) => motion.set_weight(id, weight),
+            Self::RestPose(id) => motion.set_weight(id, weight),
+        }
+    }
+
     /// The term's position in the problem and in its reports.
     #[must_use]
     pub fn index(self) -> usize {
@@ -88,7 +114,7 @@ impl TermHandle {
 
 /// What every objective has.
 struct Common {
-    weight: f64,
+    weight: Option<f64>,
     loss: Loss,
     mandatory: Option<bool>,
     tolerance: Tolerance,
@@ -282,12 +308,13 @@ fn add(
             (joint, TermHandle::RestPose(common.add(problem, objective)))
         }
     };
-    Ok(ScenarioObjective { kind, joint, term, when: When::End, path: None })
+    let (place, weight, tolerance) = (table.place_in_text(), common.weight, common.tolerance);
+    Ok(ScenarioObjective { kind, joint, term, place, weight, tolerance, when: When::End, path: None })
 }
 
 impl Common {
     fn add<T: Objective>(&self, problem: &mut Problem, objective: T) -> TermId<T> {
-        let id = problem.add(self.weight, objective);
+        let id = problem.add(self.weight.unwrap_or(DEFAULT_WEIGHT), objective);
         problem.set_tolerance(id, self.tolerance);
         if let Some(mandatory) = self.mandatory {
             problem.set_mandatory(id, mandatory);
@@ -303,7 +330,7 @@ fn named(error: Error, kind: &str) -> Error {
 
 fn common(table: &Table<'_>, kind: &str) -> Result<Common, Error> {
     let at_least_0 = "a number of at least 0";
-    let weight = table.get("weight").map_or(Ok(1.0), |v| v.number_that(|n| n >= 0.0, at_least_0))?;
+    let weight = table.get("weight").map(|v| v.number_that(|n| n >= 0.0, at_least_0)).transpose()?;
     let mut tolerance = Tolerance::default();
     if let Some(value) = table.get("tolerance") {
         tolerance.metres = value.number_that(|n| n >= 0.0, "metres, at least 0")?;
@@ -385,7 +412,7 @@ pub(crate) fn joint_list(rig: &Rig, list: &Value<'_>) -> Result<Vec<JointId>, Er
         let id = joint(rig, &value)?;
         once(rig, &joints, id, value.text("a name")?, &value, &format!("'{}'", list.key))?;
         if rig.get(id).is_none_or(|j| j.n_dofs() == 0) {
-            return Err(value.error(ErrorKind::Immobile(name_of(rig, id).to_owned())));
+            return Err(value.error(immobile(rig, id)));
         }
         joints.push((id, ()));
     }
@@ -394,6 +421,15 @@ pub(crate) fn joint_list(rig: &Rig, list: &Value<'_>) -> Result<Vec<JointId>, Er
         return Err(list.error(kind));
     }
     Ok(joints.into_iter().map(|(id, ())| id).collect())
+}
+
+/// Why a joint has no degrees of freedom of its own.
+fn immobile(rig: &Rig, joint: JointId) -> ErrorKind {
+    let name = name_of(rig, joint).to_owned();
+    match rig.get(joint).and_then(|j| j.mimic) {
+        Some(mimic) => ErrorKind::Follower { joint: name, leader: name_of(rig, mimic.leader).to_owned() },
+        None => ErrorKind::Immobile(name),
+    }
 }
 
 fn once<T>(

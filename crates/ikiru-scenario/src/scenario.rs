@@ -5,18 +5,20 @@ use std::time::Duration;
 
 use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
-use ikiru_rig::{JointId, Motion, Pose, Rig};
-use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
+use ikiru_rig::{JointId, Pose, Rig};
+use ikiru_solve::objectives::Gaze;
 use ikiru_solve::{Method, Problem, Report, Search, Solver, SolverOptions, Workspace};
-use serde_json::{Map, Value as Json, json};
+use serde_json::Value as Json;
 use toml::de::DeTable;
 
 use crate::error::{Error, ErrorKind};
 use crate::limits::limited;
 use crate::motion::MotionSettings;
 use crate::objective::{ScenarioObjective, TermHandle, add_all, joint_list, joints_read};
+use crate::start::start;
 use crate::table::{Document, Table, Value};
-use crate::values::{joint_angles, joint_of_key, name_of, set};
+use crate::target::{target_json, turn_target};
+use crate::values::name_of;
 use crate::warning::Warning;
 
 /// What a scenario asks for, ready to solve, as often as wanted and for other targets too.
@@ -36,6 +38,8 @@ pub struct Scenario {
     pub start: Pose,
     /// The joints that may move, parents first.
     pub active: Vec<JointId>,
+    /// The joints that the scenario itself gives limits.
+    pub limited: Vec<JointId>,
     /// The objectives, in the order of the text and of the problem's terms.
     pub objectives: Vec<ScenarioObjective>,
     /// What is odd without being wrong.
@@ -44,6 +48,15 @@ pub struct Scenario {
     pub motion: Option<MotionSettings>,
     /// From the axes in which targets are given to the rig's world.
     world_from_targets: DQuat,
+    /// One an objective.
+    targets: Vec<WrittenTarget>,
+}
+
+/// A target as JSON: as the text has it, and as it comes back from the rig's world.
+#[derive(Debug)]
+struct WrittenTarget {
+    written: Json,
+    turned: Json,
 }
 
 /// Why a target was not changed.
@@ -174,64 +187,36 @@ impl Scenario {
         Some(name_of(&self.rig, self.objectives.get(objective)?.joint?))
     }
 
-    /// What an objective aims at, as JSON: a point or direction `[x, y, z]`; the quaternion `[x, y, z, w]` of an
-    /// `orientation`; `{"length", "offset_from_tip"}` of a `look_at` beside the bone's tip; `{NAME: value}` of a
-    /// `known_rotation`; `[[secs, x, y, z]]` of what follows a path; null for a `rest_pose` and for a position beyond the last.
+    /// The joint of an objective that no active joint moves, if there is one: nothing can then change its residual.
     #[must_use]
-    pub fn target_json(&self, objective: usize) -> Json {
-        let problem = &self.problem;
-        let targets_from_world = self.world_from_targets.inverse();
-        let point = |p: DVec3| json!((targets_from_world * p).to_array());
-        let turn = |q: DQuat| json!((targets_from_world * q).to_array());
-        if let Some(path) = self.objectives.get(objective).and_then(|o| o.path.as_ref()) {
-            let at = |(secs, p): (f64, DVec3)| {
-                let p = targets_from_world * p;
-                json!([secs, p.x, p.y, p.z])
-            };
-            return Json::Array(path.points().map(at).collect());
-        }
-        match self.objectives.get(objective).map(|o| o.term) {
-            Some(TermHandle::Position(id)) => point(problem[id].target),
-            Some(TermHandle::Pose(id)) => point(problem[id].position),
-            Some(TermHandle::Orientation(id)) => turn(problem[id].target),
-            Some(TermHandle::Direction(id)) => point(problem[id].target),
-            Some(TermHandle::PoleVector(id)) => point(problem[id].target),
-            Some(TermHandle::RelativePose(id)) => {
-                let RelativePose { position, rotation, .. } = &problem[id];
-                json!({ "position": position.map(|p| p.to_array()), "rotation": rotation.map(|q| q.to_array()) })
-            }
-            Some(TermHandle::Distance(id)) => match problem[id].apart {
-                Apart::Exactly(d) => json!({ "exactly": d }),
-                Apart::AtLeast(d) => json!({ "at_least": d }),
-                Apart::AtMost(d) => json!({ "at_most": d }),
-            },
-            Some(TermHandle::LookAt(id)) => match problem[id].gaze {
-                Gaze::Point(at) => point(at),
-                Gaze::OffsetFromTip { length, offset } => {
-                    json!({ "length": length, "offset_from_tip": point(offset) })
-                }
-            },
-            Some(TermHandle::KnownRotation(id)) => {
-                let objective = &problem[id];
-                let mut joints = Map::new();
-                for (joint, angles) in objective.targets() {
-                    joints.insert(name_of(&self.rig, joint).to_owned(), self.angles_json(joint, &angles));
-                }
-                Json::Object(joints)
-            }
-            Some(TermHandle::RestPose(_)) | None => Json::Null,
-        }
+    pub fn out_of_hand(&self, objective: usize) -> Option<&str> {
+        out_of_hand(&self.warnings, objective)
     }
 
-    fn angles_json(&self, joint: JointId, angles: &JointAngles) -> Json {
-        let is_slider = matches!(self.rig.get(joint).map(|j| j.motion), Some(Motion::Slider { .. }));
-        match angles {
-            JointAngles::Rotation(q) => json!({ "rotation": q.to_array() }),
-            JointAngles::Euler(a) => json!({ "euler_deg": a.map(|a| a.map(f64::to_degrees)) }),
-            JointAngles::Value(v) if is_slider => json!({ "offset": v }),
-            JointAngles::Value(v) => json!({ "angle_deg": v.to_degrees() }),
+    /// What an objective aims at, as JSON: a point or direction `[x, y, z]`; the quaternion `[x, y, z, w]` of an
+    /// `orientation`; `{"length", "offset_from_tip"}` of a `look_at` beside the bone's tip; `{NAME: value}` of a
+    /// `known_rotation`; `[[secs, x, y, z]]` of what follows a path; as the text has it, unless it was changed; null for a `rest_pose` and for a position beyond the last.
+    #[must_use]
+    pub fn target_json(&self, objective: usize) -> Json {
+        let Some(about) = self.objectives.get(objective) else { return Json::Null };
+        let back = self.world_from_targets.inverse();
+        let now = target_json(&self.rig, &self.problem, about, back);
+        // There and back again, rounding would show; a target that nobody changed is the one that was written.
+        match self.targets.get(objective) {
+            Some(target) if target.turned == now => target.written.clone(),
+            _ => now,
         }
     }
+}
+
+/// The joint that a warning says no active joint moves.
+pub(crate) fn out_of_hand(warnings: &[Warning], objective: usize) -> Option<&str> {
+    warnings.iter().find_map(|warning| match warning {
+        Warning::OutOfHand { objective: number, joint, .. } if *number == objective + 1 => {
+            Some(joint.as_str())
+        }
+        _ => None,
+    })
 }
 
 fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error> {
@@ -242,13 +227,15 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     };
     let solver = Solver::new(stop(table, method)?);
     let (loaded, rig_value) = read_rig(table, folder)?;
-    let rig = limited(&loaded.rig, table)?;
+    let (rig, limited) = limited(&loaded.rig, table)?;
     let loaded = if loaded.rig.is_same(&rig) {
         loaded
     } else {
         loaded.with_rig(rig.clone()).map_err(|e| rig_value.error(ErrorKind::Rig(e)))?
     };
-    let mut warnings: Vec<Warning> = loaded.warnings.iter().cloned().map(Warning::Rig).collect();
+    // A scenario uses no clip of the file's.
+    let of_rig = loaded.warnings.iter().filter(|warning| !warning.is_about_clips());
+    let mut warnings: Vec<Warning> = of_rig.cloned().map(Warning::Rig).collect();
     let problem_joints = match table.get("active") {
         Some(list) => joint_list(&rig, &list)?,
         None => rig.ids().collect(),
@@ -258,16 +245,23 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     if active.is_empty() {
         return Err(rig_value.error(ErrorKind::NothingMoves));
     }
-    let start = start(&rig, table, &mut warnings)?;
-    let motion = crate::motion::read(&rig, &active, table, &start, &mut warnings)?;
+    let start = start(&rig, table, folder, &mut warnings)?;
+    let motion = crate::motion::read(&active, table, &start, folder, &mut warnings)?;
     let timeline = motion.as_ref().map(|m| &m.timeline);
     let mut objectives = add_all(&rig, &active, table, timeline, &mut problem)?;
     let world_from_targets = if in_file { loaded.world_from_file() } else { DQuat::IDENTITY };
+    let mut targets = Vec::with_capacity(objectives.len());
     for objective in &mut objectives {
+        let written = target_json(&rig, &problem, objective, DQuat::IDENTITY);
         turn_target(&mut problem, objective.term, world_from_targets);
         objective.path = objective.path.take().map(|path| path.turned(world_from_targets));
+        let turned = target_json(&rig, &problem, objective, world_from_targets.inverse());
+        targets.push(WrittenTarget { written, turned });
     }
     warn_of_what_nothing_moves(&rig, &problem, &objectives, &mut warnings);
+    if let Some(motion) = &motion {
+        crate::motion::warn_of_what_begins_elsewhere(motion, &start, &problem, &objectives, &mut warnings);
+    }
     let name = name.to_owned();
     Ok(Scenario {
         name,
@@ -277,34 +271,13 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
         solver,
         start,
         active,
+        limited,
         objectives,
         warnings,
         motion,
         world_from_targets,
+        targets,
     })
-}
-
-/// Takes a target from the axes that the scenario gives it in to the rig's world.
-fn turn_target(problem: &mut Problem, term: TermHandle, turn: DQuat) {
-    match term {
-        TermHandle::Position(id) => problem[id].target = turn * problem[id].target,
-        TermHandle::Orientation(id) => problem[id].target = turn * problem[id].target,
-        TermHandle::Pose(id) => {
-            problem[id].position = turn * problem[id].position;
-            problem[id].rotation = turn * problem[id].rotation;
-        }
-        TermHandle::LookAt(id) => match &mut problem[id].gaze {
-            Gaze::Point(at) => *at = turn * *at,
-            Gaze::OffsetFromTip { offset, .. } => *offset = turn * *offset,
-        },
-        TermHandle::Direction(id) => problem[id].target = turn * problem[id].target,
-        TermHandle::PoleVector(id) => problem[id].target = turn * problem[id].target,
-        // These are about joints alone.
-        TermHandle::RelativePose(_)
-        | TermHandle::Distance(_)
-        | TermHandle::KnownRotation(_)
-        | TermHandle::RestPose(_) => {}
-    }
 }
 
 fn method(table: &Table<'_>) -> Result<Method, Error> {
@@ -315,15 +288,14 @@ fn method(table: &Table<'_>) -> Result<Method, Error> {
 
 fn read_rig<'a>(table: &Table<'a>, folder: &Path) -> Result<(Loaded, Value<'a>), Error> {
     const EXPECTED: &str =
-        "'builtin:human', 'builtin:reference', or the path of a .glb, .gltf, .vrm, .bvh or .urdf file";
+        "a built-in rig such as 'builtin:human', or the path of a .glb, .gltf, .vrm, .bvh or .urdf file";
     let value = table.require("rig", EXPECTED)?;
     let rig = value.text(EXPECTED)?;
     let path = if rig.starts_with("builtin:") { Path::new(rig).to_owned() } else { folder.join(rig) };
     let mut factor = 1.0;
     if let Some(scale) = table.get("scale") {
         factor = scale.number_that(|n| n > 0.0, "a number above 0")?;
-        let has_no_unit = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bvh"));
-        if factor != 1.0 && !has_no_unit {
+        if factor != 1.0 && !ikiru_formats::lacks_unit(&path) {
             return Err(scale.error(ErrorKind::Scale(factor)));
         }
     }
@@ -360,69 +332,8 @@ fn stop(table: &Table<'_>, method: Method) -> Result<SolverOptions, Error> {
     Ok(options)
 }
 
-/// The start of `[start]`, moved into the limits with a warning for each joint that was outside.
-fn start(rig: &Rig, table: &Table<'_>, warnings: &mut Vec<Warning>) -> Result<Pose, Error> {
-    let rest = rig.rest_pose();
-    match table.table("start")? {
-        Some(start) => pose_of_table(rig, &start, rest, "[start]", warnings),
-        None => Ok(inside(rest, &[], warnings)),
-    }
-}
-
-/// Reads a table of joints and how they are turned, on top of a pose, and moves it inside its limits.
-pub(crate) fn pose_of_table(
-    rig: &Rig,
-    table: &Table<'_>,
-    base: Pose,
-    place: &str,
-    warnings: &mut Vec<Warning>,
-) -> Result<Pose, Error> {
-    const TRANSLATION: &str = "root_translation";
-    let mut pose = base;
-    let mut given: Vec<JointId> = Vec::new();
-    for value in table.entries() {
-        if value.key == TRANSLATION && rig.joint(TRANSLATION).is_err() {
-            let root = rig.root().filter(|root| {
-                rig.get(*root).is_some_and(|joint| matches!(joint.motion, Motion::Free { .. }))
-            });
-            let Some(root) = root else {
-                let joint = rig.root().map_or("root", |root| name_of(rig, root)).to_owned();
-                let reason =
-                    "is a root that does not translate: expected root = \"free\" beside it".to_owned();
-                return Err(value.key_error(ErrorKind::Unfit { joint, reason }));
-            };
-            // The joint is free and the numbers are finite.
-            let _ = pose.set_translation(root, value.vector()?);
-            continue;
-        }
-        let joint = joint_of_key(rig, &value)?;
-        if given.contains(&joint) {
-            let (place, first) = (place.to_owned(), name_of(rig, joint).to_owned());
-            let kind = ErrorKind::Twice { place, first, second: value.key.clone() };
-            return Err(value.key_error(kind));
-        }
-        set(&mut pose, joint, joint_angles(rig, joint, &value)?);
-        given.push(joint);
-    }
-    Ok(inside(pose, &given, warnings))
-}
-
-/// The pose, moved inside its limits, with a warning for each joint that was outside.
-fn inside(mut pose: Pose, given: &[JointId], warnings: &mut Vec<Warning>) -> Pose {
-    let wanted = pose.clone();
-    pose.project();
-    let rig = wanted.rig();
-    for joint in rig.ids() {
-        let distance = wanted.limit_violation_of(joint);
-        if distance > 1e-9 {
-            let given = given.contains(&joint);
-            warnings.push(Warning::StartProjected { joint: name_of(rig, joint).to_owned(), distance, given });
-        }
-    }
-    pose
-}
-
-/// An objective about joints that nothing active moves can only be met by chance.
+/// An objective about joints that nothing active moves can only be met by chance: of frames none moves, or of motions
+/// one does not.
 fn warn_of_what_nothing_moves(
     rig: &Rig,
     problem: &Problem,
@@ -432,8 +343,9 @@ fn warn_of_what_nothing_moves(
     let moves = |joint: JointId| problem.is_active(joint) && rig.get(joint).is_some_and(|j| j.n_dofs() > 0);
     for objective in objectives {
         let (frames, motions) = joints_read(problem, objective.term.index());
-        let still = frames.into_iter().filter(|joint| !rig.ancestors(*joint).any(moves));
-        for joint in still.chain(motions.into_iter().filter(|joint| !moves(*joint))) {
+        let are_still = !frames.iter().any(|joint| rig.ancestors(*joint).any(moves));
+        let still = frames.first().copied().filter(|_| are_still);
+        for joint in still.into_iter().chain(motions.into_iter().filter(|joint| !moves(*joint))) {
             warnings.push(Warning::OutOfHand {
                 objective: objective.term.index() + 1,
                 kind: objective.kind,

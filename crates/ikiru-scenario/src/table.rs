@@ -16,10 +16,15 @@ pub(crate) struct Document<'a> {
 
 impl Document<'_> {
     pub(crate) fn error(&self, at: usize, kind: ErrorKind) -> Error {
+        Error::new(self.name, Some(self.place(at)), kind)
+    }
+
+    /// Line and column of a byte, from 1.
+    fn place(&self, at: usize) -> (usize, usize) {
         let before = self.text.get(..at.min(self.text.len())).unwrap_or(self.text);
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
-        Error::new(self.name, Some((line, column)), kind)
+        (line, column)
     }
 }
 
@@ -45,6 +50,11 @@ pub(crate) struct Value<'a> {
 impl<'a> Table<'a> {
     pub(crate) fn root(document: Document<'a>, map: &'a DeTable<'a>) -> Self {
         Self { document, map, start: 0, place: "the scenario".to_owned() }
+    }
+
+    /// Line and column where it begins, from 1.
+    pub(crate) fn place_in_text(&self) -> (usize, usize) {
+        self.document.place(self.start)
     }
 
     /// An error about the table as a whole.
@@ -125,6 +135,10 @@ impl<'a> Value<'a> {
             DeValue::Table(_) => "a table",
         };
         self.error(ErrorKind::Type { key: self.key.clone(), found, expected })
+    }
+
+    pub(crate) fn is_text(&self) -> bool {
+        self.value.get_ref().is_str()
     }
 
     pub(crate) fn is_table(&self) -> bool {

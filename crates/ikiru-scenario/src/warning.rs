@@ -6,14 +6,27 @@
 pub enum Warning {
     /// What the rig's reader mended.
     Rig(ikiru_formats::Warning),
-    /// The start, or the rest pose where no start is given, lies outside a joint's limits.
-    StartProjected {
+    /// A pose that lies outside a joint's limits.
+    Projected {
+        /// Which pose.
+        pose: ScenarioPose,
         /// Name of the joint.
         joint: String,
-        /// How far outside, in radians or metres.
+        /// How far outside, in radians, or metres where [`is_slider`](Self::Projected::is_slider).
         distance: f64,
-        /// Whether the scenario gave that start itself.
-        given: bool,
+        /// Whether the joint slides.
+        is_slider: bool,
+    },
+    /// A target that is wanted from the first frame on, which is given and has the joint elsewhere.
+    AwayAtStart {
+        /// Position of the objective, from 1.
+        objective: usize,
+        /// Its kind.
+        kind: &'static str,
+        /// The joint's name.
+        joint: String,
+        /// From its target, in metres.
+        distance: f64,
     },
     /// No active joint moves what an objective is about.
     OutOfHand {
@@ -26,18 +39,53 @@ pub enum Warning {
     },
 }
 
+/// A pose that a scenario has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScenarioPose {
+    /// The rest pose, where the scenario does not say otherwise.
+    Rest,
+    /// What `[start]` gives.
+    Start,
+    /// What `[motion.end]` gives.
+    End,
+}
+
+impl Warning {
+    /// Whether both say the same, of different places: many of one kind can be counted instead of repeated.
+    #[must_use]
+    pub fn is_alike(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Rig(a), Self::Rig(b)) => a.is_alike(b),
+            (a, b) => std::mem::discriminant(a) == std::mem::discriminant(b),
+        }
+    }
+}
+
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Rig(warning) => warning.fmt(f),
-            Self::StartProjected { joint, distance, given } => {
-                let what = if *given { "the start" } else { "the rest pose" };
-                let degrees = distance.to_degrees();
+            Self::Projected { pose, joint, distance, is_slider } => {
+                let what = match pose {
+                    ScenarioPose::Rest => "the rest pose",
+                    ScenarioPose::Start => "the start",
+                    ScenarioPose::End => "the end",
+                };
+                let by = if *is_slider {
+                    format!("{:.2} mm", distance * 1e3)
+                } else {
+                    format!("{:.3}°", distance.to_degrees())
+                };
                 write!(
                     f,
-                    "{what} of '{joint}' lies {degrees:.3}° outside its limits: it was moved to the nearest pose inside"
+                    "{what} of '{joint}' lies {by} outside its limits: it was moved to the nearest pose inside"
                 )
             }
+            Self::AwayAtStart { objective, kind, joint, distance } => write!(
+                f,
+                "objective {objective} ({kind}) holds from the first frame on, where the start has '{joint}' {distance:.3} m \
+                 from its target: the motion has one frame to get there. Let it begin later, or start where it is met"
+            ),
             Self::OutOfHand { objective, kind, joint } => {
                 write!(
                     f,

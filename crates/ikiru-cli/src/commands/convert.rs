@@ -11,8 +11,9 @@ use ikiru_rig::{Clip, JointId, Motion};
 
 use crate::args::{ConvertArgs, has_ending};
 use crate::failure::{Failure, Outcome};
+use crate::input::read_rig;
 use crate::output;
-use crate::roles::read_with_roles;
+use crate::warnings;
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     let expected = "expected .glb, .gltf, .vrm, .bvh, .vrma, .json or .csv";
@@ -23,7 +24,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         )));
     }
     let (loaded, onto) = read_input(args)?;
-    for warning in &loaded.warnings {
+    for warning in warnings::of_rig(&loaded.warnings) {
         output::note(format!("warning: {warning}"));
     }
     let clip = chosen_clip(&loaded, args)?;
@@ -31,6 +32,11 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         None => (loaded, clip),
         Some(onto) => {
             let target = ikiru_formats::read(onto).map_err(Failure::input)?;
+            // None of its clips is used.
+            let of_rig: Vec<_> = target.warnings.iter().filter(|w| !w.is_about_clips()).cloned().collect();
+            for warning in warnings::of_rig(&of_rig) {
+                output::note(format!("warning: {}: {warning}", onto.display()));
+            }
             let Some(clip) = clip else {
                 let path = args.input.display();
                 return Err(Failure::input(anyhow!("{path} has no motion to bring onto {}", onto.display())));
@@ -58,7 +64,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
 fn read_input(args: &ConvertArgs) -> Result<(Loaded, Option<&Path>), Failure> {
     let onto = args.onto.as_deref();
     if !has_ending(&args.input, &["json"]) {
-        let loaded = read_with_roles(&args.input, args.roles.as_deref())?;
+        let loaded = read_rig(&args.input, args.roles.as_deref(), args.scale)?;
         return Ok((loaded.carrying_clips().map_err(Failure::input)?, onto));
     }
     let name = args.input.display().to_string();
@@ -75,7 +81,7 @@ fn read_input(args: &ConvertArgs) -> Result<(Loaded, Option<&Path>), Failure> {
             )));
         }
     };
-    let loaded = read_with_roles(&rig, args.roles.as_deref())?;
+    let loaded = read_rig(&rig, args.roles.as_deref(), args.scale)?;
     Ok((read_motion(&bytes, &name, loaded).map_err(Failure::input)?, onto))
 }
 
@@ -129,11 +135,11 @@ fn written(loaded: &Loaded, clip: Option<&Clip>, args: &ConvertArgs) -> Result<V
         }
         return Ok(format!("{motion}\n").into_bytes());
     };
-    let advice = format!(
-        "{} cannot be written from {}; '--onto CHARACTER.glb' brings a motion onto a body with a skin",
-        args.output.display(),
-        args.input.display()
-    );
+    let mut advice = format!("{} cannot be written from {}", args.output.display(), args.input.display());
+    // A motion goes onto another body through roles, which robots do not have.
+    if clip.is_some() && loaded.rig.joints().iter().any(|joint| joint.role.is_some()) {
+        advice += "; '--onto CHARACTER.glb' brings its motion onto a body with a skin";
+    }
     bytes.context(advice).map_err(Failure::input)
 }
 

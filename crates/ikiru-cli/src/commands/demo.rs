@@ -7,7 +7,7 @@ use ikiru_scenario::Scenario;
 use crate::args::DemoArgs;
 use crate::commands::solve::finish;
 use crate::failure::{Failure, Outcome};
-use crate::report::time_text;
+use crate::numbers;
 
 /// How often the demo is solved again to tell the warm time, and how long that may take at most.
 const WARM_SOLVES: u32 = 1000;
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
         }
         let mean = begin.elapsed() / n_solves;
         let count = if n_solves == WARM_SOLVES { "1,000".to_owned() } else { n_solves.to_string() };
-        notes.push(format!("first solve, mean of {count} warm ones: {}", time_text(mean)));
+        notes.push(format!("first solve, mean of {count} warm ones: {}", numbers::time(mean)));
     }
     // Solving is deterministic: once more for the report gives the same pose.
     pose.clone_from(&scenario.start);

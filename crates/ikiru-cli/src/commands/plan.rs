@@ -2,17 +2,19 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::anyhow;
 use ikiru_eval::write_motion_figure;
 use ikiru_formats::{motion_csv, motion_json, write_clip};
 use ikiru_rig::{Clip, Part, Rate, RateExcess, RateLimit, Rig};
-use ikiru_scenario::{MotionScenario, Scenario};
-use ikiru_solve::{Invalid, MotionReport, MotionWorkspace, StopReason};
+use ikiru_scenario::{MotionScenario, PlannedScenario};
+use ikiru_solve::{MotionReport, MotionWorkspace};
 use serde_json::{Value, json};
 
 use crate::args::{MotionFormat, PlanArgs};
+use crate::commands::solve::invalid_input;
 use crate::failure::{Failure, Outcome};
-use crate::{json, output, report};
+use crate::input::read_scenario;
+use crate::numbers::{self, short};
+use crate::{json, output, report, warnings};
 
 /// What is said of an objective besides its figures.
 struct Label {
@@ -22,16 +24,17 @@ struct Label {
 }
 
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
-    let scenario = Scenario::read(&args.scenario).map_err(Failure::input)?;
-    let labels: Vec<Label> = (0..scenario.objectives.len())
+    let scenario = read_scenario(&args.scenario)?;
+    let mut labels: Vec<Label> = (0..scenario.objectives.len())
         .map(|idx| Label {
             kind: scenario.objectives[idx].kind,
             joint: scenario.joint_name(idx).map(str::to_owned),
             target: scenario.target_json(idx),
         })
         .collect();
-    let motion = scenario.into_motion().map_err(Failure::input)?;
-    for warning in &motion.warnings {
+    let mut motion = scenario.into_motion().map_err(Failure::input)?;
+    let warnings = warnings::of_scenario(&motion.warnings);
+    for warning in &warnings {
         output::note(format!("warning: {warning}"));
     }
     let begin = Instant::now();
@@ -39,15 +42,17 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let time = begin.elapsed();
     // A given end may be the same place a turn away: what plays the numbers would go all the way around.
     let (clip, report) = (&planned.clip.clone().unwrapped(), &planned.report);
-    let invalid = report.invalid.map(|invalid| invalid_input(&motion, &labels, invalid));
-    let described = described(&motion, &labels, clip, report, time);
+    for (label, _) in labels.iter_mut().zip(&motion.objectives).filter(|(_, o)| o.path.is_some()) {
+        put_on_clock(&mut label.target, &planned);
+    }
+    if let Some(invalid) = report.invalid {
+        return Err(invalid_input(&motion.name, &motion.objectives, invalid));
+    }
+    let described = described(&motion, &labels, &warnings, clip, report, time);
     if args.json {
         output::print(&format!("{described}\n"))?;
-    } else if invalid.is_none() {
+    } else {
         output::print(&text(&motion, &labels, clip, report, time))?;
-    }
-    if let Some(invalid) = invalid {
-        return Err(invalid);
     }
     let mut written = Vec::new();
     if let Some(out) = &args.out {
@@ -79,10 +84,20 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     Ok(if report.success { Outcome::Reached } else { Outcome::BestEffort })
 }
 
+/// Gives the points of a path, `[[secs, x, y, z]]`, the times that they have in the clip.
+fn put_on_clock(path: &mut Value, planned: &PlannedScenario) {
+    for point in path.as_array_mut().into_iter().flatten() {
+        if let Some(secs) = point.get_mut(0) {
+            *secs = json!(planned.at(secs.as_f64().unwrap_or_default()));
+        }
+    }
+}
+
 /// What `plan --json` prints, and what a motion's `.json` holds.
 fn described(
     motion: &MotionScenario,
     labels: &[Label],
+    warnings: &[String],
     clip: &Clip,
     report: &MotionReport,
     time: Duration,
@@ -126,7 +141,6 @@ fn described(
         described.insert("objectives".to_owned(), Value::Array(objectives));
         let exceeded: Vec<Value> = report.exceeded.iter().map(|e| exceeded_json(clip.rig(), e)).collect();
         described.insert("exceeded".to_owned(), Value::Array(exceeded));
-        let warnings: Vec<String> = motion.warnings.iter().map(ToString::to_string).collect();
         described.insert("warnings".to_owned(), json!(warnings));
     }
     described
@@ -142,14 +156,18 @@ fn text(
     let mut table = report::table(["", "objective", "joint", "when", "weight", "residual", ""]);
     for (idx, (term, label)) in report.terms.iter().zip(labels).enumerate() {
         let span = if term.from_secs == term.to_secs {
-            format!("{} s", report::short(term.from_secs))
+            format!("{} s", short(term.from_secs))
         } else {
-            format!("{} to {} s", report::short(term.from_secs), report::short(term.to_secs))
+            format!("{} to {} s", short(term.from_secs), short(term.to_secs))
         };
         let mark = match (term.satisfied, term.mandatory) {
+            _ if term.weight == 0.0 => "off".to_owned(),
             (true, _) => "ok".to_owned(),
             (false, true) if motion.solver.options().cost_below.is_some() && report.success => String::new(),
-            (false, true) => format!("unmet, worst at {} s", report::short(term.worst_secs)),
+            (false, true) => match motion.out_of_hand(idx) {
+                Some(joint) => format!("unmet: {}", report::nothing_moves(joint)),
+                None => format!("unmet, worst at {} s", short(term.worst_secs)),
+            },
             (false, false) => "shapes".to_owned(),
         };
         table.add_row([
@@ -157,8 +175,8 @@ fn text(
             label.kind.to_owned(),
             label.joint.clone().unwrap_or_else(|| "several".to_owned()),
             span,
-            report::short(term.weight),
-            report::length_text(term.residual, term.unit),
+            short(term.weight),
+            numbers::residual(term.residual, term.unit),
             mark,
         ]);
     }
@@ -169,17 +187,15 @@ fn text(
     }
     let verdict = if report.success { "reached" } else { "not reached" };
     line(verdict, report::stop_text(report.stop, motion.solver.options()));
-    let [speed, acceleration, jerk] = report.smoothness.map(report::cost_text);
+    let [speed, acceleration, jerk] = report.smoothness.map(numbers::cost);
     let smooth = format!("of which speed {speed}, acceleration {acceleration}, jerk {jerk}");
-    line("cost", format!("{}, {smooth}", report::cost_text(report.cost)));
+    line("cost", format!("{}, {smooth}", numbers::cost(report.cost)));
     line("iterations", format!("{} with {} restarts", report.iterations, report.restarts));
-    line("time", report::time_text(time));
-    if report.stop != StopReason::InvalidInput {
-        let (n, secs) = (clip.poses().len(), clip.duration_secs());
-        let peak = |rate| clip.rates(rate).summary(&motion.active, Part::Rotation).peak.to_degrees();
-        let peaks = format!("peak speed {:.0}°/s, peak jerk {:.0}°/s³", peak(Rate::Speed), peak(Rate::Jerk));
-        line("motion", format!("{n} frames over {} s, {peaks}", report::short(secs)));
-    }
+    line("time", numbers::time(time));
+    let (n, secs) = (clip.poses().len(), clip.duration_secs());
+    let peak = |rate| clip.rates(rate).summary(&motion.active, Part::Rotation).peak.to_degrees();
+    let peaks = format!("peak speed {:.0}°/s, peak jerk {:.0}°/s³", peak(Rate::Speed), peak(Rate::Jerk));
+    line("motion", format!("{n} frames over {} s, {peaks}", short(secs)));
     output::printable(&text).into_owned()
 }
 
@@ -197,7 +213,7 @@ fn exceeded_numbers(excess: &RateExcess) -> (f64, f64, String) {
 fn exceeded_text(rig: &Rig, excess: &RateExcess) -> String {
     let (value, most, unit) = exceeded_numbers(excess);
     let joint = rig.get(excess.limit.joint).map_or("", |j| &j.name);
-    let secs = report::short(excess.peak.secs);
+    let secs = short(excess.peak.secs);
     format!("{joint} reaches {value:.4}{unit} at {secs} s, where at most {most:.4}{unit} are allowed")
 }
 
@@ -212,17 +228,5 @@ fn exceeded_json(rig: &Rig, excess: &RateExcess) -> Value {
         "value": value,
         "most": most,
         "unit": unit,
-    })
-}
-
-fn invalid_input(motion: &MotionScenario, labels: &[Label], invalid: Invalid) -> Failure {
-    let name = &motion.name;
-    Failure::input(match invalid {
-        Invalid::Term(term, what) => {
-            let kind = labels.get(term).map_or("", |l| l.kind);
-            anyhow!("{name}: objective {} ({kind}) {what}", term + 1)
-        }
-        Invalid::Pose(what) => anyhow!("{name}: the start {what}"),
-        Invalid::Options(what) => anyhow!("{name}: {what}"),
     })
 }

@@ -4,11 +4,12 @@ use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
 use ikiru_rig::Pose;
-use ikiru_scenario::Scenario;
+use ikiru_scenario::{Scenario, ScenarioObjective};
 use ikiru_solve::{Invalid, Report};
 
 use crate::args::{Out, SolveArgs, has_ending};
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, InFile, Outcome};
+use crate::input::read_scenario;
 use crate::{json, output, report};
 
 pub(crate) fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
@@ -19,7 +20,7 @@ pub(crate) fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
              'ikiru inspect {path}' shows what is in it"
         )));
     }
-    let scenario = Scenario::read(&args.scenario).map_err(Failure::input)?;
+    let scenario = read_scenario(&args.scenario)?;
     if scenario.motion.is_some() {
         let path = args.scenario.display();
         return Err(Failure::input(anyhow!("{path} has a [motion]: 'ikiru plan {path}' plans it over time")));
@@ -42,20 +43,18 @@ pub(crate) fn finish(
     as_json: bool,
     notes: &[String],
 ) -> Result<Outcome, Failure> {
+    if let Some(invalid) = solved.invalid {
+        return Err(invalid_input(&scenario.name, &scenario.objectives, invalid));
+    }
     for warning in report::warnings(scenario, solved) {
         output::note(format!("warning: {warning}"));
     }
-    let invalid = solved.invalid.map(|invalid| invalid_input(scenario, invalid));
-    // A pose that was not solved for is not written.
-    let written =
-        out.filter(|_| invalid.is_none()).map(|out| output::write_posed(scenario, pose, out).map(|()| out));
+    // The result is printed even where it cannot be written.
+    let written = out.map(|out| output::write_posed(scenario, pose, out).map(|()| out));
     if as_json {
         output::print(&format!("{}\n", json::solved(scenario, solved, pose, time)))?;
-    } else if invalid.is_none() {
+    } else {
         output::print(&report::solved(scenario, solved, pose, time, notes))?;
-    }
-    if let Some(invalid) = invalid {
-        return Err(invalid);
     }
     if let Some(out) = written.transpose()? {
         let line = format!("wrote {}", out.path.display());
@@ -64,14 +63,16 @@ pub(crate) fn finish(
     Ok(if solved.success { Outcome::Reached } else { Outcome::BestEffort })
 }
 
-fn invalid_input(scenario: &Scenario, invalid: Invalid) -> Failure {
-    let name = &scenario.name;
-    Failure::input(match invalid {
+/// What the solver refused, at the objective's place in the text.
+pub(crate) fn invalid_input(file: &str, objectives: &[ScenarioObjective], invalid: Invalid) -> Failure {
+    let (place, what) = match invalid {
         Invalid::Term(term, what) => {
-            let kind = scenario.objectives.get(term).map_or("", |o| o.kind);
-            anyhow!("{name}: objective {} ({kind}) {what}", term + 1)
+            let objective = objectives.get(term);
+            let kind = objective.map_or("", |o| o.kind);
+            (objective.map(|o| o.place), format!("objective {} ({kind}) {what}", term + 1))
         }
-        Invalid::Pose(what) => anyhow!("{name}: the start {what}"),
-        Invalid::Options(what) => anyhow!("{name}: {what}"),
-    })
+        Invalid::Pose(what) => (None, format!("the start {what}")),
+        Invalid::Options(what) => (None, what.to_owned()),
+    };
+    Failure::input(InFile { file: file.to_owned(), place, what })
 }

@@ -2,6 +2,7 @@
 
 mod command;
 mod common;
+mod defects_front;
 mod plan;
 mod round_trips;
 mod suite;

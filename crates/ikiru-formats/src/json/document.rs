@@ -31,24 +31,20 @@ pub(super) struct Angles {
     pub(super) offset: Option<List<f64>>,
 }
 
-impl Document {
-    pub(super) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
-        serde_json::from_slice(bytes).map_err(|error| {
-            // Once more, slower, to learn which member it was.
-            let mut again = serde_json::Deserializer::from_slice(bytes);
-            let pointer = serde_path_to_error::deserialize::<_, Document>(&mut again)
-                .err()
-                .map_or_else(String::new, |e| pointer(e.path()));
-            let message = without_place(&error);
-            let place = Place::Text { line: error.line(), column: error.column(), pointer };
-            let kind = if error.is_data() {
-                ErrorKind::MotionShape { message }
-            } else {
-                ErrorKind::Syntax { message }
-            };
-            Fault::new(place, kind)
-        })
-    }
+/// Parses a text; an error knows line, column and member.
+pub(super) fn parse<'de, T: Deserialize<'de>>(bytes: &'de [u8]) -> Result<T, Fault> {
+    serde_json::from_slice(bytes).map_err(|error| {
+        // Once more, slower, to learn which member it was.
+        let mut again = serde_json::Deserializer::from_slice(bytes);
+        let pointer = serde_path_to_error::deserialize::<_, T>(&mut again)
+            .err()
+            .map_or_else(String::new, |e| pointer(e.path()));
+        let message = without_place(&error);
+        let place = Place::Text { line: error.line(), column: error.column(), pointer };
+        let kind =
+            if error.is_data() { ErrorKind::MotionShape { message } } else { ErrorKind::Syntax { message } };
+        Fault::new(place, kind)
+    })
 }
 
 /// The members of an object, in order.

@@ -3,10 +3,12 @@
 mod document;
 mod read;
 mod read_onto;
+mod read_pose;
 mod write;
 
 pub use read::read_motion_json;
 pub use read_onto::{motion_rig, read_motion};
+pub use read_pose::read_pose_json;
 pub use write::{motion_json, pose_json};
 
 /// Numbers of a joint besides its rotation, in a motion.

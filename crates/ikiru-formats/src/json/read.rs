@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{Clip, JointId, Motion, Pose, PoseError, Rig, rotation_vector};
 
-use super::document::{Angles, Document, List, Named, Numbers};
+use super::document::{Angles, Document, List, Named, Numbers, parse};
 use super::key;
 use crate::error::{Error, ErrorKind, Fault};
 use crate::motion::floating_root;
@@ -27,20 +27,26 @@ pub fn read_motion_json(bytes: &[u8], name: &str, rig: &Rig) -> Result<Clip, Err
 }
 
 fn read(bytes: &[u8], name: &str, rig: &Rig) -> Result<Clip, Fault> {
-    let document = Document::parse(bytes)?;
+    let document: Document = parse(bytes)?;
     check_times(&document.times.0)?;
-    let frames = document.times.0.len();
-    check_memory(frames, rig, bytes.len())?;
+    check_memory(document.times.0.len(), rig, bytes.len())?;
+    let poses = poses(&document, &rig.rest_pose())?;
+    let stem = std::path::Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let clip = Clip::new(stem.unwrap_or_default(), document.times.0, poses);
+    // Times and counts are checked: what is left cannot happen.
+    clip.map_err(|error| ErrorKind::MotionShape { message: error.to_string() }.into())
+}
+
+/// The poses of all frames, each on top of `base`.
+pub(super) fn poses(document: &Document, base: &Pose) -> Result<Vec<Pose>, Fault> {
+    let (rig, n_frames) = (base.rig(), document.times.0.len());
     let mut motion =
-        Frames { rig, poses: vec![rig.rest_pose(); frames], has_angles: vec![false; rig.n_joints()] };
+        Frames { rig, poses: vec![base.clone(); n_frames], has_angles: vec![false; rig.n_joints()] };
     motion.take_angles(&document.angles)?;
     motion.take_rotations(&document.joints)?;
     motion.take_root(&document.root_translation)?;
     motion.take_translations(&document.translations)?;
-    let stem = std::path::Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let clip = Clip::new(stem.unwrap_or_default(), document.times.0, motion.poses);
-    // Times and counts are checked: what is left cannot happen.
-    clip.map_err(|error| ErrorKind::MotionShape { message: error.to_string() }.into())
+    Ok(motion.poses)
 }
 
 fn check_times(times: &[f64]) -> Result<(), Fault> {

@@ -3,7 +3,7 @@
 use ikiru_rig::{EulerOrder, Motion, Range, Rig};
 use serde::Deserialize;
 
-use super::document::Document;
+use super::document::{Document, parse};
 use super::read::{read_motion_json, resolved};
 use crate::error::{Error, ErrorKind, Fault};
 use crate::loaded::Loaded;
@@ -18,7 +18,7 @@ use crate::loaded::Loaded;
 /// # Errors
 /// As [`read_motion_json`]; where the root should float and cannot.
 pub fn read_motion(bytes: &[u8], name: &str, loaded: Loaded) -> Result<Loaded, Error> {
-    let document = Document::parse(bytes).map_err(|fault| fault.in_file(name))?;
+    let document: Document = parse(bytes).map_err(|fault| fault.in_file(name))?;
     let rig = fitting(&document, &loaded.rig).map_err(|fault| fault.in_file(name))?;
     drop(document);
     let clip = read_motion_json(bytes, name, &rig)?;

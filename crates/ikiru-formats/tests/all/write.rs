@@ -220,7 +220,7 @@ fn what_does_not_fit_the_file_is_refused() {
     builder.add(Joint::new("alone", None));
     let loaded = Loaded::from_rig(builder.build().unwrap());
     let error = write_posed_glb(&loaded, &loaded.rig.rest_pose()).unwrap_err().to_string();
-    assert!(error.contains("without a source file cannot be written as .glb"), "{error}");
+    assert!(error.contains("expected a rig that was read from a .glb"), "{error}");
 }
 
 #[test]

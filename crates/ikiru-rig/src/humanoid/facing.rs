@@ -39,14 +39,32 @@ pub(super) fn check(tree: Tree<'_>, found: &mut Found) -> Vec<RoleProblem> {
     problems
 }
 
-/// Which way a rig with roles faces: the angle about +y from +z, in whole quarter turns; 0 where nothing tells.
-pub(super) fn heading(rig: &Rig) -> f64 {
+/// Which way a rig with humanoid roles faces at rest: a unit vector of the world, level, square to the line through
+/// both hips and both shoulders. `None` where no pair of them has its roles.
+///
+/// ```
+/// # use ikiru_rig::{Joint, RigBuilder, Role, humanoid};
+/// # use glam::DVec3;
+/// let mut builder = RigBuilder::new();
+/// for (name, x) in [("LeftUpLeg", 0.1), ("RightUpLeg", -0.1)] {
+///     let id = builder.add(Joint { rest_translation: DVec3::new(x, 0.9, 0.0), ..Joint::new(name, None) });
+///     builder.joints_mut()[id.index()].role = Some(if x > 0.0 { Role::LeftUpperLeg } else { Role::RightUpperLeg });
+/// }
+/// assert_eq!(humanoid::facing(&builder.build()?), Some(DVec3::Z));
+/// # Ok::<(), ikiru_rig::RigError>(())
+/// ```
+#[must_use]
+pub fn facing(rig: &Rig) -> Option<DVec3> {
     let mut found: Found = [None; Role::ALL.len()];
     for role in Role::ALL {
         found[role as usize] = rig.role(role).map(JointId::index);
     }
-    let left = Body { tree: Tree(rig.joints()), found }.left();
-    let facing = left.map_or(DVec3::Z, |left| left.cross(DVec3::Y));
+    Body { tree: Tree(rig.joints()), found }.left()?.cross(DVec3::Y).try_normalize()
+}
+
+/// The angle about +y from +z that a rig with roles faces, in whole quarter turns; 0 where nothing tells.
+pub(super) fn heading(rig: &Rig) -> f64 {
+    let facing = facing(rig).unwrap_or(DVec3::Z);
     (maths::atan2(facing.x, facing.z) / FRAC_PI_2).round() * FRAC_PI_2
 }
 

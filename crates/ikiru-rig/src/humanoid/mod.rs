@@ -38,6 +38,7 @@ mod tree;
 
 pub use apply::RoleMapError;
 pub use assign::{Assignment, RoleProblem, assign};
+pub use facing::facing;
 pub use t_pose::{normalised, t_pose};
 pub use transfer::{Reference, TransferError, transfer};
 

@@ -39,7 +39,7 @@ const SECONDS: &str = "duration_secs = 2";
 #[test]
 fn a_target_follows_its_path() {
     let path = "path = [[0.5, 0.45, 0.3, 0.4], [1.0, 0.5, 0.0, 0.45], [2.0, 0.45, -0.3, 0.4]]\nweight = 10";
-    let scenario = read(path, "duration_secs = 2\nsmoothness = [0, 1e-4, 1e-4]");
+    let mut scenario = read(path, "duration_secs = 2\nsmoothness = [0, 1e-4, 1e-4]");
     assert_eq!(scenario.objectives[0].when, When::Span { from: 0.5, to: 2.0 });
     let planned = scenario.plan(&mut MotionWorkspace::default());
     assert!(planned.report.success, "{:?}", planned.report);
@@ -60,14 +60,14 @@ fn a_target_follows_its_path() {
 fn limits_of_all_joints_and_of_one() {
     let motion = "duration_secs = 2\nmax_speed_deg = 30\n[motion.limits.panda_joint1]\nmax_speed_deg = 90\n\
                   max_acceleration_deg = 400";
-    let scenario = read(TARGET, motion);
-    let limits = scenario.motion.rate_limits();
+    let mut scenario = read(TARGET, motion);
+    let limits = scenario.motion.rate_limits().to_vec();
     assert_eq!(
         limits.len(),
         scenario.active.iter().filter(|j| Part::Rotation.is_of(&scenario.rig, **j)).count() + 1
     );
     let first = scenario.rig.joint("panda_joint1").unwrap();
-    for limit in limits {
+    for limit in &limits {
         let expected = match (limit.joint == first, limit.rate) {
             (true, Rate::Speed) => 90.0_f64,
             (true, _) => 400.0,
@@ -78,13 +78,13 @@ fn limits_of_all_joints_and_of_one() {
     }
     let planned = scenario.plan(&mut MotionWorkspace::default());
     assert!(planned.report.exceeded.is_empty());
-    assert!(planned.clip.exceeded(limits).unwrap().is_empty());
+    assert!(planned.clip.exceeded(&limits).unwrap().is_empty());
     // Ten times too slow for that: the best motion, and which objective fails when.
     let slow = read(TARGET, "duration_secs = 2\nmax_speed_deg = 3").plan(&mut MotionWorkspace::default());
     assert!(!slow.report.success && slow.report.exceeded.is_empty());
     assert!(!slow.report.terms[0].satisfied && slow.report.terms[0].worst_secs == 2.0);
     // With time as free, it takes the time that it needs.
-    let free = read(TARGET, "duration_secs = 2\nmax_speed_deg = 3\nfree_duration = true");
+    let mut free = read(TARGET, "duration_secs = 2\nmax_speed_deg = 3\nfree_duration = true");
     let planned = free.plan(&mut MotionWorkspace::default());
     assert!(planned.report.success && planned.report.exceeded.is_empty());
     assert!(planned.clip.duration_secs() > 10.0, "{}", planned.clip.duration_secs());

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{EulerOrder, Motion};
-use ikiru_scenario::{BUILTINS, Scenario, TargetError, TermHandle, Warning};
+use ikiru_scenario::{BUILTINS, Scenario, ScenarioPose, TargetError, TermHandle, Warning};
 use ikiru_solve::objectives::Gaze;
 use ikiru_solve::{Loss, Search};
 
@@ -67,7 +67,9 @@ fn starts_are_set_and_projected_with_a_warning() {
     let wrist = start.rotation(rig.joint("left_wrist").unwrap());
     assert!((wrist * DVec3::X - DVec3::Y).length() < 1e-12);
     assert!((start.rotation(rig.joint("head").unwrap()).w - 0.8).abs() < 1e-12);
-    let [Warning::StartProjected { joint, distance, given: true }] = &scenario.warnings[..] else {
+    let [Warning::Projected { pose: ScenarioPose::Start, joint, distance, is_slider: false }] =
+        &scenario.warnings[..]
+    else {
         panic!("{:?}", scenario.warnings)
     };
     assert!(joint == "left_elbow" && (distance.to_degrees() - 30.0).abs() < 1e-9);
@@ -87,7 +89,7 @@ fn a_rotation_for_an_euler_joint_takes_the_angles_inside_its_ranges() {
 fn a_rest_pose_outside_the_limits_is_said_so() {
     let text = "[limits.left_elbow]\nmin_deg = [0, -100, 0]\nmax_deg = [0, -10, 0]\n";
     let scenario = parse(&format!("{HEAD}{text}{REACH}"));
-    assert!(matches!(scenario.warnings[..], [Warning::StartProjected { given: false, .. }]));
+    assert!(matches!(scenario.warnings[..], [Warning::Projected { pose: ScenarioPose::Rest, .. }]));
     assert!(scenario.warnings[0].to_string().contains("the rest pose of 'left_elbow' lies 10.000° outside"));
 }
 
@@ -195,5 +197,57 @@ fn built_in_scenarios_are_those_of_the_suite() {
         Scenario::builtin(name).unwrap_or_else(|error| panic!("{error}"));
         let suite = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/");
         assert_eq!(std::fs::read_to_string(format!("{suite}{name}.toml")).unwrap(), text, "{name}");
+    }
+}
+
+#[test]
+fn an_end_of_a_bone_that_stays_still_moves_the_other() {
+    // A distance or a place beside a joint is in hand as soon as one of its joints is.
+    let apart = "[[objective]]\nkind = \"distance\"\njoints = [\"left_wrist\", \"head\"]\nexactly = 0.4\n";
+    let scenario = parse(&format!("{HEAD}active = [\"left_elbow\"]\n{apart}"));
+    assert!(scenario.warnings.is_empty() && scenario.out_of_hand(0).is_none(), "{:?}", scenario.warnings);
+    let scenario = parse(&format!("{HEAD}active = [\"right_elbow\"]\n{apart}"));
+    assert_eq!(scenario.out_of_hand(0), Some("left_wrist"));
+}
+
+#[test]
+fn targets_come_back_as_they_were_written_until_they_are_changed() {
+    let text = "version = 1\nrig = \"builtin:panda\"\nworld = \"file\"\n[[objective]]\nkind = \"position\"\n\
+                joint = \"panda_link8\"\ntarget = [0.35, -0.35, 0.4]\n[[objective]]\nkind = \"known_rotation\"\n\
+                joints = { panda_joint1 = { angle_deg = 33 } }\n";
+    let mut scenario = parse(text);
+    assert_eq!(scenario.target_json(0).to_string(), "[0.35,-0.35,0.4]");
+    assert_eq!(scenario.target_json(1)["panda_joint1"]["angle_deg"].to_string(), "33.0");
+    scenario.set_target(0, DVec3::new(0.5, 0.25, 0.5)).unwrap();
+    let changed: Vec<f64> =
+        scenario.target_json(0).as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect();
+    assert!(DVec3::from_slice(&changed).distance(DVec3::new(0.5, 0.25, 0.5)) < 1e-12);
+}
+
+#[test]
+fn half_widths_of_cones_are_about_the_axes_that_the_documents_draw() {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/axes.md")).unwrap();
+    let word = |v: DVec3| {
+        let (idx, part) = v.to_array().into_iter().enumerate().find(|(_, part)| part.abs() > 0.999).unwrap();
+        format!("{}{}", if part < 0.0 { '−' } else { '+' }, ["x", "y", "z"][idx])
+    };
+    for (axis, name) in [(DVec3::X, "[1, 0, 0]"), (DVec3::Y, "[0, 1, 0]"), (DVec3::Z, "[0, 0, 1]")] {
+        let limits = format!("[limits.head]\naxis = {name}\nswing_deg = [50, 20]\n");
+        let scenario = parse(&format!("{HEAD}{limits}{REACH}"));
+        let head = scenario.rig.joint("head").unwrap();
+        let cone = *scenario.rig.get(head).unwrap().motion.cone().unwrap();
+        // What is inside the first half-width is beyond the second.
+        let row = |about: DVec3, width: f64| {
+            let turn = DQuat::from_axis_angle(about, width.to_radians());
+            assert!(cone.distance(turn)[0] < 1e-9, "{name} about {about}");
+            let towards = (turn * axis).reject_from(axis).normalize();
+            format!("{} | ±{}", word(about), word(towards).trim_start_matches(['−', '+']))
+        };
+        let (first, second) = (cone.first_swing_axis(), cone.second_swing_axis());
+        let line = format!("| `{name}` | {} | {} |", row(first, 49.0), row(second, 19.0));
+        assert!(text.contains(&line), "{line}");
+        for about in [second, -second] {
+            assert!(cone.distance(DQuat::from_axis_angle(about, 0.7))[0] > 0.1);
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Runs the built command.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+use std::io::{Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -37,8 +38,19 @@ impl Run {
 
 /// Runs `ikiru` in a folder.
 pub(crate) fn ikiru_in(folder: &Path, args: &[&str]) -> Run {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_ikiru")).args(args).current_dir(folder).output().expect("it starts");
+    ikiru_fed(folder, args, "")
+}
+
+/// Runs `ikiru` in a folder with a text on its standard input.
+pub(crate) fn ikiru_fed(folder: &Path, args: &[&str], text: &str) -> Run {
+    let mut input = tempfile::tempfile().expect("a file");
+    input.write_all(text.as_bytes()).and_then(|()| input.rewind()).expect("it can be written");
+    let output = Command::new(env!("CARGO_BIN_EXE_ikiru"))
+        .args(args)
+        .current_dir(folder)
+        .stdin(input)
+        .output()
+        .expect("it starts");
     Run {
         code: output.status.code().expect("it ended by itself"),
         stdout: String::from_utf8(output.stdout).expect("text"),

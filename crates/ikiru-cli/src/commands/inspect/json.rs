@@ -1,0 +1,76 @@
+//! `inspect --json`.
+
+use ikiru_rig::{Joint, Motion, Range, Rig, Role};
+use serde_json::{Value, json};
+
+use super::facts::{Facts, LimitSource};
+
+/// What `inspect --json` prints.
+pub(super) fn inspected(facts: &Facts) -> Value {
+    let rig = &facts.loaded.rig;
+    let joints: Vec<Value> = rig
+        .joints()
+        .iter()
+        .zip(facts.rest.iter().zip(&facts.limits_from))
+        .map(|(joint, (rest, limits_from))| {
+            json!({
+                "name": joint.name,
+                "parent": joint.parent.and_then(|p| rig.get(p)).map(|p| p.name.as_str()),
+                "motion": joint.motion.name(),
+                "role": joint.role.map(Role::name),
+                "limits": limits(&joint.motion),
+                "limits_from": limits_from.map(LimitSource::name),
+                "rest": { "position": rest.position.to_array(), "rotation": rest.rotation.to_array() },
+                "follows": follows(rig, joint),
+            })
+        })
+        .collect();
+    let clips: Vec<Value> = facts.loaded.clips.iter().map(|clip| {
+        json!({ "name": clip.name(), "duration_secs": clip.duration_secs(), "frames": clip.poses().len() })
+    }).collect();
+    json!({
+        "joints": joints,
+        "n_dofs": rig.n_dofs(),
+        "height": facts.height,
+        "facing": facts.facing.map(|facing| facing.to_array()),
+        "clips": clips,
+        "warnings": facts.warnings,
+    })
+}
+
+/// The leader of a joint that follows one; its value is `multiplier` times the leader's, plus the offset.
+fn follows(rig: &Rig, joint: &Joint) -> Value {
+    let Some(mimic) = joint.mimic else { return Value::Null };
+    let leader = rig.get(mimic.leader).map(|leader| leader.name.as_str());
+    let mut follows = json!({ "joint": leader, "multiplier": mimic.multiplier });
+    if let Motion::Slider { .. } = joint.motion {
+        follows["offset"] = json!(mimic.offset);
+    } else {
+        follows["offset_deg"] = json!(mimic.offset.to_degrees());
+    }
+    follows
+}
+
+/// Limits under the keys that a scenario has for them; null where there are none, and for an open end.
+fn limits(motion: &Motion) -> Value {
+    let ranges = motion.ranges();
+    let ends = |end: fn(&Range) -> f64| -> Vec<Value> {
+        ranges
+            .iter()
+            .map(|r| Some(end(r)).filter(|e| e.is_finite()).map_or(Value::Null, |e| json!(e)))
+            .collect()
+    };
+    let (min, max) = (ends(|r| r.min.to_degrees()), ends(|r| r.max.to_degrees()));
+    match motion {
+        _ if !ranges.is_empty() && ranges.iter().all(Range::is_unlimited) => Value::Null,
+        Motion::Euler { .. } => json!({ "min_deg": min, "max_deg": max }),
+        Motion::Hinge { .. } => json!({ "min_deg": min[0], "max_deg": max[0] }),
+        Motion::Slider { .. } => json!({ "min": ends(|r| r.min)[0], "max": ends(|r| r.max)[0] }),
+        Motion::Ball { cone: Some(cone) } | Motion::Free { cone: Some(cone) } => json!({
+            "axis": cone.axis().to_array(),
+            "swing_deg": cone.swing().map(f64::to_degrees),
+            "twist_deg": [cone.twist().min.to_degrees(), cone.twist().max.to_degrees()],
+        }),
+        Motion::Fixed | Motion::Ball { cone: None } | Motion::Free { cone: None } => Value::Null,
+    }
+}
