@@ -119,11 +119,11 @@ fn what_cannot_be_planned_says_where_and_why() {
     plan(&with("duration_secs = 0")).fails(2, &["m.toml:9:17: ", "above 0 s, not 0 s"]);
     plan(&with("duration_secs = -2")).fails(2, &["not -2 s"]);
     plan(&with("duration_secs = nan")).fails(2, &["m.toml:9:17: ", "finite"]);
-    plan(&with("duration_secs = 0.01")).fails(2, &["1 frames: a motion has at least 2"]);
+    plan(&with("duration_secs = 0.01")).fails(2, &["1 samples: a motion has at least 2"]);
     plan(&with("duration_secs = 1\nrate = 0")).fails(2, &["'rate' is 0"]);
     plan(&with("points = 2\nsmoothness = [1, -1, 0]")).fails(2, &["at least 0, not [1.0, -1.0, 0.0]"]);
     plan(&with("points = 0\n[motion.end]\nleftUpperArm = { euler_deg = [0, 0, -60] }"))
-        .fails(2, &["1 frames are given at the end, but the timeline has 2 in all"]);
+        .fails(2, &["1 samples are given at the end, but the timeline has 2 in all"]);
     plan(&with("points = 2\n[motion.end]\nleftArm = { euler_deg = [0, 0, -60] }")).fails(2, &["leftArm"]);
     plan(&with("seconds = 2")).fails(2, &["m.toml:9:1: ", "seconds"]);
     let timed = |when: &str| format!("{arm}{when}\n[motion]\nduration_secs = 2\n");
