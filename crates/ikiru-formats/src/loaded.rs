@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DQuat;
-use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
+use ikiru_rig::{Clip, Frame, JointId, Motion, Pose, PoseError, Rig};
 
 use crate::bvh::Layout;
 use crate::collision::CollisionShape;
@@ -122,8 +122,9 @@ impl Loaded {
     /// The same file with a changed rig: the same joints in the same order, with other motions or limits.
     ///
     /// Clips come along where the changed joints can move as they do: rotations become Euler angles where a
-    /// joint is Euler now, and a joint that turns in the clip but cannot turn any more drops the clip with a
-    /// warning. Poses are not projected into limits.
+    /// joint is Euler now; a root that floats now takes over what joints above it did, if those are fixed; any
+    /// other joint that turns in the clip but cannot turn any more drops the clip with a warning. Poses are not
+    /// projected into limits.
     ///
     /// # Errors
     /// When the rig has other joints, or other rest transforms.
@@ -149,15 +150,39 @@ impl Loaded {
 /// A clip as poses of another rig with the same joints; the joint that cannot take its motion otherwise.
 fn moved(clip: &Clip, rig: &Rig) -> Result<Clip, String> {
     let mut poses: Vec<Pose> = Vec::with_capacity(clip.poses().len());
+    let carried = carried_away(clip.rig(), rig);
     for from in clip.poses() {
         let mut pose = rig.rest_pose();
+        if let Some((root, _)) = &carried {
+            place(&mut pose, *root, &from.frame(*root)).map_err(|_| String::new())?;
+        }
         for (id, joint) in rig.ids().zip(rig.joints()) {
+            if carried.as_ref().is_some_and(|(root, above)| id == *root || above.contains(&id)) {
+                continue;
+            }
             take_motion(&mut pose, from, id, &joint.motion, poses.last())
                 .ok_or_else(|| joint.name.clone())?;
         }
         poses.push(pose);
     }
     Clip::new(clip.name(), clip.times().to_vec(), poses).map_err(|_| String::new())
+}
+
+/// A floating root that has to do what joints above it did in another rig, and those joints.
+fn carried_away(before: &Rig, rig: &Rig) -> Option<(JointId, Vec<JointId>)> {
+    let root = rig.floating_root()?;
+    let moves = |rig: &Rig, id: JointId| rig.get(id).is_some_and(|joint| joint.motion != Motion::Fixed);
+    let above: Vec<JointId> =
+        rig.ancestors(root).skip(1).filter(|id| moves(before, *id) && !moves(rig, *id)).collect();
+    (!above.is_empty()).then_some((root, above))
+}
+
+/// Moves a free joint of a pose whose joints above are at rest to where a frame of the world lies.
+fn place(pose: &mut Pose, joint: JointId, frame: &Frame<f64>) -> Result<(), PoseError> {
+    let at_rest = pose.frame(joint);
+    let from_world = at_rest.rotation.quaternion().inverse();
+    pose.set_translation(joint, from_world * (frame.origin.value() - at_rest.origin.value()))?;
+    pose.set_rotation(joint, from_world * frame.rotation.quaternion())
 }
 
 /// Lets one joint move as in another rig's pose; `None` if it cannot.

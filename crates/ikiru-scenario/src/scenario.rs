@@ -245,11 +245,11 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     if active.is_empty() {
         return Err(rig_value.error(ErrorKind::NothingMoves));
     }
-    let start = start(&rig, table, folder, &mut warnings)?;
-    let motion = crate::motion::read(&active, table, &start, folder, &mut warnings)?;
+    let world_from_targets = if in_file { loaded.world_from_file() } else { DQuat::IDENTITY };
+    let start = start(&rig, table, folder, world_from_targets, &mut warnings)?;
+    let motion = crate::motion::read(&active, table, &start, folder, world_from_targets, &mut warnings)?;
     let timeline = motion.as_ref().map(|m| &m.timeline);
     let mut objectives = add_all(&rig, &active, table, timeline, &mut problem)?;
-    let world_from_targets = if in_file { loaded.world_from_file() } else { DQuat::IDENTITY };
     let mut targets = Vec::with_capacity(objectives.len());
     for objective in &mut objectives {
         let written = target_json(&rig, &problem, objective, DQuat::IDENTITY);

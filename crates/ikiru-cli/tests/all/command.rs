@@ -69,7 +69,8 @@ fn reports_have_the_keys_that_other_programs_read() {
     assert_eq!((&objective["joint"], &objective["unit"]), (&Value::from("hand_l"), &Value::from("m")));
     assert_eq!(numbers(&objective["target"]), [0.35, 1.1, 0.3]);
     let pose = &report["pose"];
-    assert_eq!(keys(pose), ["root_translation", "joints"]);
+    assert_eq!(keys(pose), ["root", "root_translation", "joints"]);
+    assert_eq!(pose["root"], Value::Null);
     assert_eq!(numbers(&pose["root_translation"]), [0.0; 3]);
     assert_eq!(keys(&pose["joints"]), ["upperarm_l", "lowerarm_l"]);
     assert_eq!(keys(&pose["joints"]["upperarm_l"]), ["rotation"]);
@@ -89,6 +90,7 @@ fn a_free_root_reports_its_translation() {
     let report = run.json();
     let y = numbers(&report["pose"]["root_translation"])[1];
     assert!((-0.12..-0.05).contains(&y), "{y}");
+    assert_eq!(report["pose"]["root"], "pelvis");
     let pose = &report["objectives"][2];
     assert_eq!(pose["kind"], "pose");
     assert_eq!(pose["second_unit"], "rad");

@@ -9,6 +9,7 @@ mod bvh_write;
 mod clip_order;
 mod common;
 mod containers;
+mod floating;
 mod hostile;
 mod malformed;
 mod motion;
