@@ -1,7 +1,6 @@
 //! A file whose root floats: its clips, and what is written.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-use crate::common::*;
 use ikiru_formats::read;
 use ikiru_rig::Clip;
 use ikiru_testkit::rigs::{Random, random_pose};
