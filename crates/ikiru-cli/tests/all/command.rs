@@ -227,6 +227,16 @@ fn a_motion_goes_from_format_to_format_and_onto_a_character() {
     assert!((animated.clips[0].duration_secs() - 22.9).abs() < 0.05);
     let again = ikiru_formats::read(at("again.bvh")).unwrap();
     assert!((again.clips[0].duration_secs() - 22.9).abs() < 0.05);
+    let hips: Vec<_> = again.clips[0]
+        .poses()
+        .iter()
+        .map(|pose| {
+            pose.frame(again.rig.joint("Hips").or(again.rig.joint("mixamorig:Hips")).unwrap()).origin.value()
+        })
+        .collect();
+    let way: f64 = hips.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    assert!((5.0..30.0).contains(&way), "the hips stay in place: {way} m");
+    assert!(hips.iter().all(|at| (0.3..2.5).contains(&at.y)), "the figure is not on the ground");
     // A .bvh file has no skin: the error says what to do.
     let run =
         Command::new(env!("CARGO_BIN_EXE_ikiru")).args(["convert", &walk, &at("bare.glb")]).output().unwrap();

@@ -18,6 +18,7 @@ mod read;
 mod roles;
 mod root_motion;
 mod transfer;
+mod transfer_way;
 mod urdf;
 mod urdf_hostile;
 mod urdf_kinematics;
