@@ -12,6 +12,7 @@ use crate::gltf::Source;
 use crate::gltf::animation::Needs;
 use crate::gltf::clips::clips;
 use crate::gltf::read::difference;
+use crate::gltf::source::check_turns;
 use crate::warning::{Warning, Warnings};
 
 /// A file, read.
@@ -25,6 +26,7 @@ pub struct Loaded {
     pub warnings: Vec<Warning>,
     pub(crate) name: Option<String>,
     pub(crate) world_from_file: DQuat,
+    pub(crate) joint_from_file: DQuat,
     pub(crate) source: Option<Arc<Source>>,
     pub(crate) layout: Option<Arc<Layout>>,
     pub(crate) collision_shapes: Vec<CollisionShape>,
@@ -40,6 +42,7 @@ impl Loaded {
             warnings: Vec::new(),
             name: None,
             world_from_file: DQuat::IDENTITY,
+            joint_from_file: DQuat::IDENTITY,
             source: None,
             layout: None,
             collision_shapes: Vec::new(),
@@ -65,6 +68,15 @@ impl Loaded {
     #[must_use]
     pub fn world_from_file(&self) -> DQuat {
         self.world_from_file
+    }
+
+    /// The rotation that a reader laid over the axes of the file's joints: a direction `a` in the frame of a joint of the
+    /// file is `joint_from_file() * a` in that of the rig's joint. It is [`world_from_file`](Self::world_from_file) for
+    /// VRM 0.x, so that a joint whose axes lie along the world's at rest has them so in either world, as in VRM
+    /// 1.0, and the identity for all else: a URDF joint keeps its axes.
+    #[must_use]
+    pub fn joint_from_file(&self) -> DQuat {
+        self.joint_from_file
     }
 
     /// The spheres, capsules, cylinders and boxes that the file gives its joints for collisions, in the order of
@@ -127,12 +139,16 @@ impl Loaded {
     /// projected into limits.
     ///
     /// # Errors
-    /// When the rig has other joints, or other rest transforms.
+    /// When the rig has other joints, or other rest transforms; when a joint turns that a glTF file has below a scale
+    /// which differs between the axes.
     pub fn with_rig(mut self, rig: Rig) -> Result<Self, Error> {
         if let Some(difference) = difference(&self.rig, &rig) {
             let file = self.source().map_or("rig", Source::name).to_owned();
             let kind = ErrorKind::OtherRig { what: "the rig", difference };
             return Err(Error::new(file, Place::File, kind));
+        }
+        if let Some(source) = &self.source {
+            check_turns(rig.joints(), &source.bindings).map_err(|fault| fault.in_file(source.name()))?;
         }
         for clip in std::mem::take(&mut self.clips) {
             match moved(&clip, &rig) {

@@ -74,6 +74,7 @@
 //! `{ huber = width }` (`known_rotation` and `rest_pose`: squared alone). Tolerances are 0.001 m and 0.5° unless
 //! given. Metres, degrees in keys that end in `_deg`, y up.
 
+mod axes;
 mod builtin;
 mod error;
 mod limits;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use glam::DQuat;
 use ikiru_formats::read_pose_json;
 use ikiru_rig::{JointId, Motion, Pose, Rig};
 
+use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
 use crate::table::{Table, Value};
 use crate::values::{joint_angles, joint_of_key, name_of, set};
@@ -17,31 +17,31 @@ pub(crate) fn start(
     rig: &Rig,
     scenario: &Table<'_>,
     folder: &Path,
-    world: DQuat,
+    axes: Axes,
     warnings: &mut Vec<Warning>,
 ) -> Result<Pose, Error> {
     let rest = rig.rest_pose();
     match scenario.get("start") {
-        Some(value) => given(&value, &rest, ScenarioPose::Start, folder, world, warnings),
+        Some(value) => given(&value, &rest, ScenarioPose::Start, folder, axes, warnings),
         None => Ok(inside(rest, |_| ScenarioPose::Rest, warnings)),
     }
 }
 
 /// A pose that is given: the name of a file, or a table of joints and how they are turned. What it does not name is as in
-/// `base`. The way of the root is given in axes that `world` takes to the rig's world.
+/// `base`. The way of the root is given in the scenario's `axes`.
 pub(crate) fn given(
     value: &Value<'_>,
     base: &Pose,
     which: ScenarioPose,
     folder: &Path,
-    world: DQuat,
+    axes: Axes,
     warnings: &mut Vec<Warning>,
 ) -> Result<Pose, Error> {
     if value.is_text() {
         let pose = of_file(value, base, folder)?;
         return Ok(inside(pose, |_| which, warnings));
     }
-    let (pose, named) = of_table(value, base, which, world)?;
+    let (pose, named) = of_table(value, base, which, axes)?;
     let of = |joint: JointId| if named.contains(&joint) { which } else { ScenarioPose::Rest };
     Ok(inside(pose, of, warnings))
 }
@@ -60,7 +60,7 @@ fn of_table(
     value: &Value<'_>,
     base: &Pose,
     which: ScenarioPose,
-    world: DQuat,
+    axes: Axes,
 ) -> Result<(Pose, Vec<JointId>), Error> {
     const TRANSLATION: &str = "root_translation";
     let place = if which == ScenarioPose::End { "[motion.end]" } else { "[start]" };
@@ -70,7 +70,7 @@ fn of_table(
     for value in value.table(place.to_owned())?.entries() {
         if value.key == TRANSLATION && rig.joint(TRANSLATION).is_err() {
             let way = value.vector()?;
-            pose.set_root_translation(world * way).map_err(|_| does_not_float(rig, &value))?;
+            pose.set_root_translation(axes.vector(way)).map_err(|_| does_not_float(rig, &value))?;
             continue;
         }
         let joint = joint_of_key(rig, &value)?;

@@ -17,6 +17,7 @@ mod mutation;
 mod read;
 mod roles;
 mod root_motion;
+mod scale;
 mod transfer;
 mod transfer_way;
 mod urdf;

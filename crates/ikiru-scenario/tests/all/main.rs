@@ -6,5 +6,7 @@ mod motion;
 mod paper;
 mod robots;
 mod roles;
+mod scales;
 mod scenarios;
+mod worlds;
 mod wrong_input;
