@@ -248,6 +248,19 @@ pub enum ErrorKind {
         /// Its numbers, column by column.
         found: Vec<f64>,
     },
+    /// A joint that turns below a node whose scale differs between the axes: it would be sheared, which a rig cannot be.
+    #[error(
+        "'{node}' has the scale {scale:?}, and '{joint}' turns below it: expected one scale for all axes (within a \
+         thousandth) above what turns; apply the scale in the program that made the file"
+    )]
+    TurnsBelowScale {
+        /// Name of the node.
+        node: String,
+        /// Its scale along each axis, without signs.
+        scale: [f64; 3],
+        /// The joint that turns.
+        joint: String,
+    },
     /// A matrix whose last row is not 0, 0, 0, 1.
     #[error("the matrix {found:?} is no affine transform: expected the last row 0, 0, 0, 1")]
     NotAffine {

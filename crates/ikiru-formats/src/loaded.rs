@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DQuat;
-use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
+use ikiru_rig::{Clip, Frame, JointId, Motion, Pose, PoseError, Rig};
 
 use crate::bvh::Layout;
 use crate::collision::CollisionShape;
@@ -12,6 +12,7 @@ use crate::gltf::Source;
 use crate::gltf::animation::Needs;
 use crate::gltf::clips::clips;
 use crate::gltf::read::difference;
+use crate::gltf::source::check_turns;
 use crate::warning::{Warning, Warnings};
 
 /// A file, read.
@@ -25,6 +26,7 @@ pub struct Loaded {
     pub warnings: Vec<Warning>,
     pub(crate) name: Option<String>,
     pub(crate) world_from_file: DQuat,
+    pub(crate) joint_from_file: DQuat,
     pub(crate) source: Option<Arc<Source>>,
     pub(crate) layout: Option<Arc<Layout>>,
     pub(crate) collision_shapes: Vec<CollisionShape>,
@@ -40,6 +42,7 @@ impl Loaded {
             warnings: Vec::new(),
             name: None,
             world_from_file: DQuat::IDENTITY,
+            joint_from_file: DQuat::IDENTITY,
             source: None,
             layout: None,
             collision_shapes: Vec::new(),
@@ -65,6 +68,15 @@ impl Loaded {
     #[must_use]
     pub fn world_from_file(&self) -> DQuat {
         self.world_from_file
+    }
+
+    /// The rotation that a reader laid over the axes of the file's joints: a direction `a` in the frame of a joint of the
+    /// file is `joint_from_file() * a` in that of the rig's joint. It is [`world_from_file`](Self::world_from_file) for
+    /// VRM 0.x, so that a joint whose axes lie along the world's at rest has them so in either world, as in VRM
+    /// 1.0, and the identity for all else: a URDF joint keeps its axes.
+    #[must_use]
+    pub fn joint_from_file(&self) -> DQuat {
+        self.joint_from_file
     }
 
     /// The spheres, capsules, cylinders and boxes that the file gives its joints for collisions, in the order of
@@ -122,16 +134,21 @@ impl Loaded {
     /// The same file with a changed rig: the same joints in the same order, with other motions or limits.
     ///
     /// Clips come along where the changed joints can move as they do: rotations become Euler angles where a
-    /// joint is Euler now, and a joint that turns in the clip but cannot turn any more drops the clip with a
-    /// warning. Poses are not projected into limits.
+    /// joint is Euler now; a root that floats now takes over what joints above it did, if those are fixed; any
+    /// other joint that turns in the clip but cannot turn any more drops the clip with a warning. Poses are not
+    /// projected into limits.
     ///
     /// # Errors
-    /// When the rig has other joints, or other rest transforms.
+    /// When the rig has other joints, or other rest transforms; when a joint turns that a glTF file has below a scale
+    /// which differs between the axes.
     pub fn with_rig(mut self, rig: Rig) -> Result<Self, Error> {
         if let Some(difference) = difference(&self.rig, &rig) {
             let file = self.source().map_or("rig", Source::name).to_owned();
             let kind = ErrorKind::OtherRig { what: "the rig", difference };
             return Err(Error::new(file, Place::File, kind));
+        }
+        if let Some(source) = &self.source {
+            check_turns(rig.joints(), &source.bindings).map_err(|fault| fault.in_file(source.name()))?;
         }
         for clip in std::mem::take(&mut self.clips) {
             match moved(&clip, &rig) {
@@ -149,15 +166,39 @@ impl Loaded {
 /// A clip as poses of another rig with the same joints; the joint that cannot take its motion otherwise.
 fn moved(clip: &Clip, rig: &Rig) -> Result<Clip, String> {
     let mut poses: Vec<Pose> = Vec::with_capacity(clip.poses().len());
+    let carried = carried_away(clip.rig(), rig);
     for from in clip.poses() {
         let mut pose = rig.rest_pose();
+        if let Some((root, _)) = &carried {
+            place(&mut pose, *root, &from.frame(*root)).map_err(|_| String::new())?;
+        }
         for (id, joint) in rig.ids().zip(rig.joints()) {
+            if carried.as_ref().is_some_and(|(root, above)| id == *root || above.contains(&id)) {
+                continue;
+            }
             take_motion(&mut pose, from, id, &joint.motion, poses.last())
                 .ok_or_else(|| joint.name.clone())?;
         }
         poses.push(pose);
     }
     Clip::new(clip.name(), clip.times().to_vec(), poses).map_err(|_| String::new())
+}
+
+/// A floating root that has to do what joints above it did in another rig, and those joints.
+fn carried_away(before: &Rig, rig: &Rig) -> Option<(JointId, Vec<JointId>)> {
+    let root = rig.floating_root()?;
+    let moves = |rig: &Rig, id: JointId| rig.get(id).is_some_and(|joint| joint.motion != Motion::Fixed);
+    let above: Vec<JointId> =
+        rig.ancestors(root).skip(1).filter(|id| moves(before, *id) && !moves(rig, *id)).collect();
+    (!above.is_empty()).then_some((root, above))
+}
+
+/// Moves a free joint of a pose whose joints above are at rest to where a frame of the world lies.
+fn place(pose: &mut Pose, joint: JointId, frame: &Frame<f64>) -> Result<(), PoseError> {
+    let at_rest = pose.frame(joint);
+    let from_world = at_rest.rotation.quaternion().inverse();
+    pose.set_translation(joint, from_world * (frame.origin.value() - at_rest.origin.value()))?;
+    pose.set_rotation(joint, from_world * frame.rotation.quaternion())
 }
 
 /// Lets one joint move as in another rig's pose; `None` if it cannot.

@@ -1,13 +1,7 @@
-//! What the plain formats of a motion share: which joint carries the root's translation, and rotations that can
-//! be blended.
+//! What the plain formats of a motion share: rotations that can be blended.
 
 use glam::DQuat;
-use ikiru_rig::{Clip, JointId, Motion, Rig};
-
-/// The topmost joint that moves, if it floats.
-pub(crate) fn floating_root(rig: &Rig) -> Option<JointId> {
-    rig.root().filter(|root| rig.get(*root).is_some_and(|joint| matches!(joint.motion, Motion::Free { .. })))
-}
+use ikiru_rig::{Clip, JointId};
 
 /// The rotations of a joint's motion, one a pose, neighbours on the same side of the sphere of quaternions.
 pub(crate) fn aligned_rotations(clip: &Clip, joint: JointId) -> impl Iterator<Item = DQuat> + '_ {

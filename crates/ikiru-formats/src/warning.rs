@@ -41,14 +41,11 @@ pub enum Warning {
         /// The quaternion's length.
         length: f64,
     },
-    /// A scale that differs between the axes by more than 1e-3; offsets below it use the mean.
-    NonUniformScale {
+    /// A joint that does not turn, below scales that differ between the axes: its place is exact, but its axes are not
+    /// perpendicular in the file. The joint has the first of them.
+    Sheared {
         /// Name of the joint.
         joint: String,
-        /// The scale of each axis.
-        scale: [f64; 3],
-        /// The one that is used.
-        used: f64,
     },
     /// A mirrored node: what lies below is where it should be, but its frames are turned by a rotation alone.
     Mirrored {
@@ -238,9 +235,9 @@ impl std::fmt::Display for Warning {
             Self::RotationLength { joint, length } => {
                 write!(f, "joint '{joint}': the rotation has the length {length}, it was normalised")
             }
-            Self::NonUniformScale { joint, scale, used } => write!(
+            Self::Sheared { joint } => write!(
                 f,
-                "joint '{joint}': the scale {scale:?} differs between the axes, offsets below it use {used}"
+                "joint '{joint}' is sheared by the scales above it: its place holds, of its axes the first"
             ),
             Self::Mirrored { joint } => write!(
                 f,

@@ -40,6 +40,7 @@ mod name;
 mod pose;
 mod rig;
 mod rigid;
+mod root;
 mod scalar;
 mod trig;
 

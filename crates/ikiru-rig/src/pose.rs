@@ -55,6 +55,9 @@ pub enum PoseError {
     /// The id of a joint of another rig.
     #[error("the rig has no joint {0}")]
     NoJoint(usize),
+    /// The root of the body is to translate, and does not float.
+    #[error("the rig's root does not float: a root that does comes of RigBuilder::free_root")]
+    NoFloatingRoot,
     /// The wrong number of coordinates.
     #[error("the rig's poses have {expected} numbers, not {found}")]
     Length {

@@ -11,6 +11,7 @@ use crate::joint::{Joint, JointId, Motion};
 use crate::limit::Range;
 use crate::name::{self, UnknownName};
 use crate::pose::Pose;
+use crate::root::root_of;
 
 /// A tree of joints, parents first. Cheap to clone: the data is shared and never changes.
 ///
@@ -24,6 +25,7 @@ struct Data {
     kernels: Vec<Kernel>,
     by_name: HashMap<String, JointId>,
     roles: [Option<JointId>; Role::ALL.len()],
+    root: Option<JointId>,
     n_coords: usize,
     n_dofs: usize,
 }
@@ -178,10 +180,11 @@ impl Rig {
         Pose::rest(self)
     }
 
-    /// The topmost joint that moves: the one that [`RigBuilder::free_root`] lets float.
+    /// The root of the body, which carries everything that moves: the joint that [`RigBuilder::free_root`]
+    /// lets float, by the rules that stand there. `None` where no joint moves, or none could float.
     #[must_use]
     pub fn root(&self) -> Option<JointId> {
-        self.ids().find(|j| self.0.joints[j.index()].n_dofs() > 0)
+        self.0.root
     }
 
     /// Whether both are the same rig (not only equal ones).
@@ -272,6 +275,28 @@ pub enum RigError {
     /// There is no joint that could float.
     #[error("no joint of this rig moves, so none can be a free root")]
     NoRoot,
+    /// What moves hangs on different roots.
+    #[error(
+        "'{first}' and '{second}' hang on different roots, so no one joint carries all that moves and could \
+         float: expected one joint above both"
+    )]
+    NoCommonRoot {
+        /// A joint that moves.
+        first: String,
+        /// One that moves below another root.
+        second: String,
+    },
+    /// What carries all that moves cannot float itself, and nothing above it could in its place.
+    #[error(
+        "joint '{joint}', which carries all that moves, is {motion}, which a floating joint cannot stand in \
+         for: expected a fixed joint above it, a ball, or three angles without ranges"
+    )]
+    CannotFloat {
+        /// Its name.
+        joint: String,
+        /// How it moves: `hinge`, `slider` or `euler`.
+        motion: &'static str,
+    },
 }
 
 /// Collects joints and validates them all at once.
@@ -330,17 +355,6 @@ impl RigBuilder {
             joint.motion = motion;
         }
         self
-    }
-
-    /// Lets the topmost joint that moves float: it translates, then rotates freely inside the cone it had.
-    ///
-    /// # Errors
-    /// When no joint moves.
-    pub fn free_root(&mut self) -> Result<JointId, RigError> {
-        let idx = self.joints.iter().position(|j| j.n_dofs() > 0).ok_or(RigError::NoRoot)?;
-        let cone = self.joints[idx].motion.cone().copied();
-        self.joints[idx].motion = Motion::Free { cone };
-        Ok(JointId::from_index(idx))
     }
 
     /// Validates everything once.
@@ -408,7 +422,8 @@ impl RigBuilder {
                 kernels[mimic.leader.index()].leads = true;
             }
         }
-        Ok(Rig(Arc::new(Data { joints: self.joints, kernels, by_name, roles, n_coords, n_dofs })))
+        let root = root_of(&self.joints).ok().map(JointId::from_index);
+        Ok(Rig(Arc::new(Data { joints: self.joints, kernels, by_name, roles, root, n_coords, n_dofs })))
     }
 
     /// Checks the joints that follow others, and narrows each leader's range to what its followers can do.

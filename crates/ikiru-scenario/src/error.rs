@@ -119,6 +119,9 @@ pub enum ErrorKind {
     /// The limits do not make a rig.
     #[error("the limits do not fit the rig")]
     Limits(#[source] RigError),
+    /// No joint can float as `root = "free"` wants it.
+    #[error("the root of the rig cannot float")]
+    Root(#[source] RigError),
     /// A name that no joint and no role of the rig has.
     #[error("the rig has no joint or humanoid role '{name}'{guess}", name = .0.name, guess = guess(.0))]
     UnknownJoint(UnknownName),

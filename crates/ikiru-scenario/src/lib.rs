@@ -34,11 +34,11 @@
 //! | `rig` | a built-in rig, `"builtin:NAME"` with `human`, `reference`, `panda`, `ur5`, `xarm7` or `g1`, or a path, from the scenario's folder | an error |
 //! | `method` | `"lm"`, `"adam"`, `"ccd"`, `"fabrik"`, or `"ipopt"` where the build has it | `"lm"` |
 //! | `active` | joints that may move, by name or humanoid role | all that can move |
-//! | `root` | `"free"`: the topmost joint that moves also translates | it does not |
+//! | `root` | `"free"`: the root of the body floats: what carries everything that moves, a humanoid's hips, a robot's base; what moved above it is fixed | it does not |
 //! | `scale` | metres in a unit of the file, for formats that do not say; BVH | 1 |
 //! | `world` | `"scene"` or `"file"`: whose axes targets are in: y up and facing +z, or those of a URDF or VRM 0.x file | `"scene"` |
 //! | `[limits.NAME]` | `min_deg`, `max_deg`: ranges of the angles (x, y, z) of `Rz·Ry·Rx`; or `axis`, `swing_deg`, `twist_deg`: a cone, twist ±180 unless given | as the rig has it |
-//! | `[start]` | the name of a pose's file, `start = "pose.json"`, as `ikiru solve` writes it; or `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]` | the rest pose |
+//! | `[start]` | the name of a pose's file, `start = "pose.json"`, as `ikiru solve` writes it; or `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]`: how far the floating root is from where it is at rest, metres along the axes of `world` | the rest pose |
 //! | `[[objective]]` | `kind` and its keys, below | an error |
 //! | `[motion]` | for planning: `duration_secs` and `rate` (30), or `points`; `smoothness = [speed, acceleration, jerk]` (0.001 each), `even_spacing` (0), `start_at_rest`, `end_at_rest` (false), `fixed_start` (true), `[motion.end]` or `end` as `[start]` | a single pose |
 //! | …, of active joints | `max_speed_deg`, `max_acceleration_deg` (what turns), `max_speed`, `max_acceleration` (what slides, metres), `[motion.limits.NAME]` with the same keys; `free_duration = true`: take longer where they ask for it | no limits; the time as given |
@@ -74,6 +74,7 @@
 //! `{ huber = width }` (`known_rotation` and `rest_pose`: squared alone). Tolerances are 0.001 m and 0.5° unless
 //! given. Metres, degrees in keys that end in `_deg`, y up.
 
+mod axes;
 mod builtin;
 mod error;
 mod limits;

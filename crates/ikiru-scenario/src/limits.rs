@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use ikiru_rig::{Cone, EulerOrder, JointId, Motion, Range, Rig, RigError};
+use ikiru_rig::{Cone, EulerOrder, JointId, Motion, Range, Rig, RigBuilder, RigError};
 
 use crate::error::{Error, ErrorKind};
 use crate::table::{Table, Value};
@@ -28,18 +28,7 @@ pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<(Rig, Vec<Joint
     }
     if let Some(root) = scenario.get("root") {
         root.word("root", &["free"])?;
-        let freed = match builder.free_root() {
-            Err(RigError::NoRoot) => return Err(root.error(ErrorKind::NothingMoves)),
-            freed => freed.map_err(|e| root.error(ErrorKind::Limits(e)))?,
-        };
-        // Angles of the file's own, as BVH roots have, make room for a free rotation.
-        let given = seen.iter().find(|(joint, _)| *joint == freed).map(|(_, value)| value);
-        if let Some(value) = given.filter(|value| has_key(value, &EULER)) {
-            let reason = "is the free root, which angle ranges cannot limit: expected a cone, \
-                          'axis', 'swing_deg' and 'twist_deg', or no limits";
-            let joint = name_of(rig, freed).to_owned();
-            return Err(value.key_error(ErrorKind::Unfit { joint, reason: reason.to_owned() }));
-        }
+        free_root(&mut builder, &root, &seen)?;
     }
     let is_changed = !seen.is_empty() || scenario.get("root").is_some();
     let built =
@@ -47,9 +36,38 @@ pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<(Rig, Vec<Joint
     Ok((built, seen.into_iter().map(|(joint, _)| joint).collect()))
 }
 
-/// Whether the limits of a joint, which were read already, have one of the keys.
-fn has_key(limits: &Value<'_>, keys: &[&str]) -> bool {
-    limits.table(String::new()).is_ok_and(|table| keys.iter().any(|key| table.get(key).is_some()))
+/// Lets the root of the body float, unless limits of its own or of joints above it forbid that.
+fn free_root(
+    builder: &mut RigBuilder,
+    root: &Value<'_>,
+    limits: &[(JointId, Value<'_>)],
+) -> Result<(), Error> {
+    let given = |joint: usize| limits.iter().find(|(id, _)| id.index() == joint).map(|(_, value)| value);
+    let before = builder.clone();
+    let named = |name: &str| before.joints().iter().position(|joint| joint.name == name);
+    let floating = match builder.free_root() {
+        Ok(floating) => floating,
+        Err(RigError::NoRoot) => return Err(root.error(ErrorKind::NothingMoves)),
+        Err(RigError::CannotFloat { joint, motion: "euler" }) => {
+            let Some(at) = named(&joint).and_then(given) else {
+                return Err(root.error(ErrorKind::Root(RigError::CannotFloat { joint, motion: "euler" })));
+            };
+            let reason = "is the free root, which angle ranges cannot limit: expected a cone, \
+                          'axis', 'swing_deg' and 'twist_deg', or no limits";
+            return Err(at.key_error(ErrorKind::Unfit { joint, reason: reason.to_owned() }));
+        }
+        Err(error) => return Err(root.error(ErrorKind::Root(error))),
+    };
+    let fixed = |(id, _): &&(JointId, Value<'_>)| builder.joints()[id.index()].motion == Motion::Fixed;
+    if let Some((id, value)) = limits.iter().find(fixed) {
+        let joint = before.joints()[id.index()].name.clone();
+        let floating = &before.joints()[floating.index()].name;
+        let reason = format!(
+            "lies above the free root, '{floating}', and stays where it is: expected no limits for it"
+        );
+        return Err(value.key_error(ErrorKind::Unfit { joint, reason }));
+    }
+    Ok(())
 }
 
 fn place_of(error: RigError, scenario: &Table<'_>, limits: &Option<Table<'_>>) -> Error {

@@ -10,6 +10,7 @@ use ikiru_solve::{
     MotionError, MotionProblem, Objective, Problem, Solver, TargetPath, Timeline, TimelineError, When,
 };
 
+use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
 use crate::objective::{ScenarioObjective, TermHandle};
 use crate::rate_limits;
@@ -147,6 +148,7 @@ pub(crate) fn read(
     scenario: &Table<'_>,
     start: &Pose,
     folder: &Path,
+    axes: Axes,
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<MotionSettings>, Error> {
     let Some(table) = scenario.table("motion")? else { return Ok(None) };
@@ -183,7 +185,7 @@ pub(crate) fn read(
     let at_rest = [truth("start_at_rest")?, truth("end_at_rest")?];
     let fixed_start = table.get("fixed_start").map_or(Ok(true), |v| v.truth())?;
     let end = match table.get("end") {
-        Some(end) => Some(start::given(&end, start, ScenarioPose::End, folder, warnings)?),
+        Some(end) => Some(start::given(&end, start, ScenarioPose::End, folder, axes, warnings)?),
         None => None,
     };
     if end.is_some() && fixed_start && timeline.n_samples() == 2 {

@@ -11,6 +11,7 @@ use ikiru_solve::{Method, Problem, Report, Search, Solver, SolverOptions, Worksp
 use serde_json::Value as Json;
 use toml::de::DeTable;
 
+use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
 use crate::limits::limited;
 use crate::motion::MotionSettings;
@@ -46,8 +47,8 @@ pub struct Scenario {
     pub warnings: Vec<Warning>,
     /// What `[motion]` asks for, if it is there: see [`into_motion`](Self::into_motion).
     pub motion: Option<MotionSettings>,
-    /// From the axes in which targets are given to the rig's world.
-    world_from_targets: DQuat,
+    /// From the axes in which targets are given to the rig's.
+    axes: Axes,
     /// One an objective.
     targets: Vec<WrittenTarget>,
 }
@@ -137,7 +138,7 @@ impl Scenario {
     /// it says `file` and the file has axes of its own.
     #[must_use]
     pub fn world_from_targets(&self) -> DQuat {
-        self.world_from_targets
+        self.axes.world
     }
 
     /// Moves a target: the point of a `position`, `pose` or `look_at` (which then looks at a point of the world), the
@@ -146,7 +147,7 @@ impl Scenario {
     /// # Errors
     /// When there is no such objective, or it aims at no point.
     pub fn set_target(&mut self, objective: usize, target: DVec3) -> Result<(), TargetError> {
-        let target = self.world_from_targets * target;
+        let target = self.axes.vector(target);
         match self.handle(objective)? {
             TermHandle::Position(id) => self.problem[id].target = target,
             TermHandle::Pose(id) => self.problem[id].position = target,
@@ -163,7 +164,7 @@ impl Scenario {
     /// # Errors
     /// When there is no such objective, or it aims at no rotation.
     pub fn set_target_rotation(&mut self, objective: usize, rotation: DQuat) -> Result<(), TargetError> {
-        let rotation = self.world_from_targets * rotation;
+        let rotation = self.axes.rotation(rotation);
         match self.handle(objective)? {
             TermHandle::Orientation(id) => self.problem[id].target = rotation,
             TermHandle::Pose(id) => self.problem[id].rotation = rotation,
@@ -199,8 +200,7 @@ impl Scenario {
     #[must_use]
     pub fn target_json(&self, objective: usize) -> Json {
         let Some(about) = self.objectives.get(objective) else { return Json::Null };
-        let back = self.world_from_targets.inverse();
-        let now = target_json(&self.rig, &self.problem, about, back);
+        let now = target_json(&self.rig, &self.problem, about, self.axes.inverse());
         // There and back again, rounding would show; a target that nobody changed is the one that was written.
         match self.targets.get(objective) {
             Some(target) if target.turned == now => target.written.clone(),
@@ -245,17 +245,17 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     if active.is_empty() {
         return Err(rig_value.error(ErrorKind::NothingMoves));
     }
-    let start = start(&rig, table, folder, &mut warnings)?;
-    let motion = crate::motion::read(&active, table, &start, folder, &mut warnings)?;
+    let axes = if in_file { Axes::of_file(&loaded) } else { Axes::RIG };
+    let start = start(&rig, table, folder, axes, &mut warnings)?;
+    let motion = crate::motion::read(&active, table, &start, folder, axes, &mut warnings)?;
     let timeline = motion.as_ref().map(|m| &m.timeline);
     let mut objectives = add_all(&rig, &active, table, timeline, &mut problem)?;
-    let world_from_targets = if in_file { loaded.world_from_file() } else { DQuat::IDENTITY };
     let mut targets = Vec::with_capacity(objectives.len());
     for objective in &mut objectives {
-        let written = target_json(&rig, &problem, objective, DQuat::IDENTITY);
-        turn_target(&mut problem, objective.term, world_from_targets);
-        objective.path = objective.path.take().map(|path| path.turned(world_from_targets));
-        let turned = target_json(&rig, &problem, objective, world_from_targets.inverse());
+        let written = target_json(&rig, &problem, objective, Axes::RIG);
+        turn_target(&mut problem, objective.term, axes);
+        objective.path = objective.path.take().map(|path| path.turned(axes.world));
+        let turned = target_json(&rig, &problem, objective, axes.inverse());
         targets.push(WrittenTarget { written, turned });
     }
     warn_of_what_nothing_moves(&rig, &problem, &objectives, &mut warnings);
@@ -275,7 +275,7 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
         objectives,
         warnings,
         motion,
-        world_from_targets,
+        axes,
         targets,
     })
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use ikiru_formats::read_pose_json;
 use ikiru_rig::{JointId, Motion, Pose, Rig};
 
+use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
 use crate::table::{Table, Value};
 use crate::values::{joint_angles, joint_of_key, name_of, set};
@@ -16,29 +17,31 @@ pub(crate) fn start(
     rig: &Rig,
     scenario: &Table<'_>,
     folder: &Path,
+    axes: Axes,
     warnings: &mut Vec<Warning>,
 ) -> Result<Pose, Error> {
     let rest = rig.rest_pose();
     match scenario.get("start") {
-        Some(value) => given(&value, &rest, ScenarioPose::Start, folder, warnings),
+        Some(value) => given(&value, &rest, ScenarioPose::Start, folder, axes, warnings),
         None => Ok(inside(rest, |_| ScenarioPose::Rest, warnings)),
     }
 }
 
 /// A pose that is given: the name of a file, or a table of joints and how they are turned. What it does not name is as in
-/// `base`.
+/// `base`. The way of the root is given in the scenario's `axes`.
 pub(crate) fn given(
     value: &Value<'_>,
     base: &Pose,
     which: ScenarioPose,
     folder: &Path,
+    axes: Axes,
     warnings: &mut Vec<Warning>,
 ) -> Result<Pose, Error> {
     if value.is_text() {
         let pose = of_file(value, base, folder)?;
         return Ok(inside(pose, |_| which, warnings));
     }
-    let (pose, named) = of_table(value, base, which)?;
+    let (pose, named) = of_table(value, base, which, axes)?;
     let of = |joint: JointId| if named.contains(&joint) { which } else { ScenarioPose::Rest };
     Ok(inside(pose, of, warnings))
 }
@@ -53,7 +56,12 @@ fn of_file(value: &Value<'_>, base: &Pose, folder: &Path) -> Result<Pose, Error>
 }
 
 /// A table of joints and how they are turned, and which joints it names.
-fn of_table(value: &Value<'_>, base: &Pose, which: ScenarioPose) -> Result<(Pose, Vec<JointId>), Error> {
+fn of_table(
+    value: &Value<'_>,
+    base: &Pose,
+    which: ScenarioPose,
+    axes: Axes,
+) -> Result<(Pose, Vec<JointId>), Error> {
     const TRANSLATION: &str = "root_translation";
     let place = if which == ScenarioPose::End { "[motion.end]" } else { "[start]" };
     let mut pose = base.clone();
@@ -61,9 +69,8 @@ fn of_table(value: &Value<'_>, base: &Pose, which: ScenarioPose) -> Result<(Pose
     let mut named: Vec<JointId> = Vec::new();
     for value in value.table(place.to_owned())?.entries() {
         if value.key == TRANSLATION && rig.joint(TRANSLATION).is_err() {
-            let root = floating_root(rig, &value)?;
-            // The joint is free and the numbers are finite.
-            let _ = pose.set_translation(root, value.vector()?);
+            let way = value.vector()?;
+            pose.set_root_translation(axes.vector(way)).map_err(|_| does_not_float(rig, &value))?;
             continue;
         }
         let joint = joint_of_key(rig, &value)?;
@@ -78,14 +85,11 @@ fn of_table(value: &Value<'_>, base: &Pose, which: ScenarioPose) -> Result<(Pose
     Ok((pose, named))
 }
 
-/// The root that `root_translation` moves.
-fn floating_root(rig: &Rig, value: &Value<'_>) -> Result<JointId, Error> {
-    let floats = |joint: &JointId| matches!(rig.get(*joint).map(|j| j.motion), Some(Motion::Free { .. }));
-    rig.root().filter(floats).ok_or_else(|| {
-        let joint = rig.root().map_or("root", |root| name_of(rig, root)).to_owned();
-        let reason = "is a root that does not translate: expected root = \"free\" beside it".to_owned();
-        value.key_error(ErrorKind::Unfit { joint, reason })
-    })
+/// What `root_translation` answers where nothing floats.
+fn does_not_float(rig: &Rig, value: &Value<'_>) -> Error {
+    let joint = rig.root().map_or("root", |root| name_of(rig, root)).to_owned();
+    let reason = "is a root that does not translate: expected root = \"free\" beside it".to_owned();
+    value.key_error(ErrorKind::Unfit { joint, reason })
 }
 
 /// The pose, moved inside its limits, with a warning for each joint that was outside; `of` says whose word that joint's

@@ -6,21 +6,22 @@ use ikiru_solve::Problem;
 use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
 use serde_json::{Map, Value, json};
 
+use crate::axes::Axes;
 use crate::objective::{ScenarioObjective, TermHandle};
 use crate::values::name_of;
 
-/// What an objective aims at, in axes that `targets_from_world` leads to.
+/// What an objective aims at, in the axes that `targets_from_rig` leads to.
 pub(crate) fn target_json(
     rig: &Rig,
     problem: &Problem,
     objective: &ScenarioObjective,
-    targets_from_world: DQuat,
+    targets_from_rig: Axes,
 ) -> Value {
-    let point = |p: DVec3| json!((targets_from_world * p).to_array());
-    let turn = |q: DQuat| json!((targets_from_world * q).to_array());
+    let point = |p: DVec3| json!(targets_from_rig.vector(p).to_array());
+    let turn = |q: DQuat| json!(targets_from_rig.rotation(q).to_array());
     if let Some(path) = &objective.path {
         let at = |(secs, p): (f64, DVec3)| {
-            let p = targets_from_world * p;
+            let p = targets_from_rig.vector(p);
             json!([secs, p.x, p.y, p.z])
         };
         return Value::Array(path.points().map(at).collect());
@@ -76,20 +77,20 @@ fn degrees(radians: f64) -> f64 {
 }
 
 /// Takes a target from the axes that the scenario gives it in to the rig's world.
-pub(crate) fn turn_target(problem: &mut Problem, term: TermHandle, turn: DQuat) {
+pub(crate) fn turn_target(problem: &mut Problem, term: TermHandle, axes: Axes) {
     match term {
-        TermHandle::Position(id) => problem[id].target = turn * problem[id].target,
-        TermHandle::Orientation(id) => problem[id].target = turn * problem[id].target,
+        TermHandle::Position(id) => problem[id].target = axes.vector(problem[id].target),
+        TermHandle::Orientation(id) => problem[id].target = axes.rotation(problem[id].target),
         TermHandle::Pose(id) => {
-            problem[id].position = turn * problem[id].position;
-            problem[id].rotation = turn * problem[id].rotation;
+            problem[id].position = axes.vector(problem[id].position);
+            problem[id].rotation = axes.rotation(problem[id].rotation);
         }
         TermHandle::LookAt(id) => match &mut problem[id].gaze {
-            Gaze::Point(at) => *at = turn * *at,
-            Gaze::OffsetFromTip { offset, .. } => *offset = turn * *offset,
+            Gaze::Point(at) => *at = axes.vector(*at),
+            Gaze::OffsetFromTip { offset, .. } => *offset = axes.vector(*offset),
         },
-        TermHandle::Direction(id) => problem[id].target = turn * problem[id].target,
-        TermHandle::PoleVector(id) => problem[id].target = turn * problem[id].target,
+        TermHandle::Direction(id) => problem[id].target = axes.vector(problem[id].target),
+        TermHandle::PoleVector(id) => problem[id].target = axes.vector(problem[id].target),
         // These are about joints alone.
         TermHandle::RelativePose(_)
         | TermHandle::Distance(_)

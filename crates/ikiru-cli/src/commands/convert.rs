@@ -45,7 +45,10 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
             let moved = transfer(&clip, &target.rig, Reference::TPose)
                 .with_context(|| format!("the motion does not fit {}", onto.display()))
                 .map_err(Failure::input)?;
-            (target, Some(moved))
+            for warning in &moved.warnings {
+                output::note(format!("warning: {warning}"));
+            }
+            (target, Some(moved.clip))
         }
     };
     let clip = match args.rate {

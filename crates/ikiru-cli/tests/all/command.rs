@@ -69,7 +69,8 @@ fn reports_have_the_keys_that_other_programs_read() {
     assert_eq!((&objective["joint"], &objective["unit"]), (&Value::from("hand_l"), &Value::from("m")));
     assert_eq!(numbers(&objective["target"]), [0.35, 1.1, 0.3]);
     let pose = &report["pose"];
-    assert_eq!(keys(pose), ["root_translation", "joints"]);
+    assert_eq!(keys(pose), ["root", "root_translation", "joints"]);
+    assert_eq!(pose["root"], Value::Null);
     assert_eq!(numbers(&pose["root_translation"]), [0.0; 3]);
     assert_eq!(keys(&pose["joints"]), ["upperarm_l", "lowerarm_l"]);
     assert_eq!(keys(&pose["joints"]["upperarm_l"]), ["rotation"]);
@@ -89,6 +90,7 @@ fn a_free_root_reports_its_translation() {
     let report = run.json();
     let y = numbers(&report["pose"]["root_translation"])[1];
     assert!((-0.12..-0.05).contains(&y), "{y}");
+    assert_eq!(report["pose"]["root"], "pelvis");
     let pose = &report["objectives"][2];
     assert_eq!(pose["kind"], "pose");
     assert_eq!(pose["second_unit"], "rad");
@@ -225,6 +227,16 @@ fn a_motion_goes_from_format_to_format_and_onto_a_character() {
     assert!((animated.clips[0].duration_secs() - 22.9).abs() < 0.05);
     let again = ikiru_formats::read(at("again.bvh")).unwrap();
     assert!((again.clips[0].duration_secs() - 22.9).abs() < 0.05);
+    let hips: Vec<_> = again.clips[0]
+        .poses()
+        .iter()
+        .map(|pose| {
+            pose.frame(again.rig.joint("Hips").or(again.rig.joint("mixamorig:Hips")).unwrap()).origin.value()
+        })
+        .collect();
+    let way: f64 = hips.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    assert!((5.0..30.0).contains(&way), "the hips stay in place: {way} m");
+    assert!(hips.iter().all(|at| (0.3..2.5).contains(&at.y)), "the figure is not on the ground");
     // A .bvh file has no skin: the error says what to do.
     let run =
         Command::new(env!("CARGO_BIN_EXE_ikiru")).args(["convert", &walk, &at("bare.glb")]).output().unwrap();

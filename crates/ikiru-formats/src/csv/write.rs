@@ -3,14 +3,14 @@
 use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
 
 use crate::error::{Error, ErrorKind, Fault};
-use crate::motion::{aligned_rotations, floating_root};
+use crate::motion::aligned_rotations;
 
 /// A clip as a table, in UTF-8 with commas: a line of names, then one row a frame.
 ///
 /// | columns | hold |
 /// |---|---|
 /// | `time_secs` | the frame's time |
-/// | `root_translation.x`, `.y`, `.z` | translation of the topmost joint that moves, in metres on top of rest; zeros where it does not float |
+/// | `root_translation.x`, `.y`, `.z` | how far the root of the body is from where it is at rest, in metres along the world's axes; zeros where it does not float |
 /// | `NAME.x`, `.y`, `.z`, `.w` | rotation of a ball or free joint on top of its rest rotation; rows next to each other on the same side |
 /// | `NAME.translation.x`, `.y`, `.z` | translation of a free joint that is not the root, likewise |
 /// | `NAME.x_deg`, `.y_deg`, `.z_deg` | angles of an Euler joint |
@@ -68,15 +68,10 @@ struct Column {
 
 fn columns(clip: &Clip, joints: &[JointId]) -> Vec<Column> {
     let rig = clip.rig();
-    let root = floating_root(rig);
+    let root = rig.floating_root();
     let mut columns = vec![Column { name: "time_secs".to_owned(), numbers: clip.times().to_vec() }];
-    match root {
-        Some(root) => translation(&mut columns, clip, root, "root_translation"),
-        None => {
-            let still = clip.poses().iter().map(|_| [0.0; 3]);
-            several(&mut columns, "root_translation", ["x", "y", "z"], still);
-        }
-    }
+    let of_root = clip.poses().iter().map(|pose| pose.root_translation().to_array());
+    several(&mut columns, "root_translation", ["x", "y", "z"], of_root);
     for id in joints {
         joint(&mut columns, clip, rig, *id, root);
     }
@@ -106,15 +101,11 @@ fn joint(columns: &mut Vec<Column>, clip: &Clip, rig: &Rig, id: JointId, root: O
             let rotations = aligned_rotations(clip, id).map(|q| q.to_array());
             several(columns, name, ["x", "y", "z", "w"], rotations);
             if matches!(joint.motion, Motion::Free { .. }) && Some(id) != root {
-                translation(columns, clip, id, &format!("{name}.translation"));
+                let translations = clip.poses().iter().map(|pose| pose.translation(id).to_array());
+                several(columns, &format!("{name}.translation"), ["x", "y", "z"], translations);
             }
         }
     }
-}
-
-fn translation(columns: &mut Vec<Column>, clip: &Clip, joint: JointId, name: &str) {
-    let translations = clip.poses().iter().map(|pose| pose.translation(joint).to_array());
-    several(columns, name, ["x", "y", "z"], translations);
 }
 
 /// A column for each of the numbers that belong together.

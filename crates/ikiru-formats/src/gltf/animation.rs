@@ -4,16 +4,17 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
 use serde::Deserialize;
 
 use crate::gltf::accessor::{At, Data, Kind};
 use crate::gltf::document::parse_part;
 use crate::gltf::problem::DataProblem;
+use crate::gltf::scale::UNIFORM;
 use crate::gltf::source::Binding;
 use crate::gltf::track::{Budget, Interpolation, MotionOf, Track, sample, union};
-use crate::gltf::transform::{UNIFORM, unit};
+use crate::gltf::transform::unit;
 use crate::gltf::tree::NONE;
 use crate::warning::{Warning, Warnings, short};
 
@@ -179,8 +180,7 @@ impl<'b> Reader<'_, 'b> {
         }
         budget.elements -= values.count;
         let id = JointId::from_index(joint as usize);
-        let (Some(data), Some(binding)) =
-            (self.scene.rig.get(id), self.scene.bindings.get(joint as usize).copied())
+        let (Some(data), Some(binding)) = (self.scene.rig.get(id), self.scene.bindings.get(joint as usize))
         else {
             return Ok(None);
         };
@@ -193,8 +193,9 @@ impl<'b> Reader<'_, 'b> {
                 if let Some(at) = keys().find(|k| unit(values.get(*k)).is_none()) {
                     return Err((format!("/accessors/{}", sampler.output), DataProblem::Rotation { at }));
                 }
-                let left = data.rest_rotation.inverse() * binding.before.quaternion();
-                let right = binding.half_turn.quaternion();
+                let turn = binding.turn.quaternion();
+                let left = data.rest_rotation.inverse() * turn;
+                let right = binding.half_turn.quaternion() * turn.inverse();
                 if matches!(data.motion, Motion::Ball { .. } | Motion::Free { .. }) {
                     return Ok(track(values, MotionOf::Rotation(left, right)));
                 }
@@ -208,26 +209,23 @@ impl<'b> Reader<'_, 'b> {
                     return Err((format!("/accessors/{}", sampler.output), DataProblem::Translation { at }));
                 }
                 let from_parent = data.rest_rotation.inverse();
-                let motion_of = MotionOf::Translation(
-                    binding.scale_above,
-                    from_parent * binding.before.quaternion(),
-                    -(from_parent * data.rest_translation),
-                );
+                let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+                let [x, y, z] = axes.map(|axis| from_parent * binding.joint_translation(axis));
+                let motion_of =
+                    MotionOf::Translation(DMat3::from_cols(x, y, z), -(from_parent * data.rest_translation));
                 return Ok(track(values, motion_of));
             }
             "translation" => {
                 let tolerance = 1e-6 * *self.at_rest.size.get_or_init(|| self.scene.rig.size());
                 keys().any(|k| {
-                    let offset =
-                        binding.before.quaternion() * DVec3::from_array(values.get(k)) * binding.scale_above;
+                    let offset = binding.joint_translation(DVec3::from_array(values.get(k)));
                     // Also true of what is not a number.
                     !(offset - data.rest_translation).abs().cmple(DVec3::splat(tolerance)).all()
                 })
             }
             _ => keys().any(|k| {
-                let tolerance = UNIFORM * binding.scale.abs();
                 let scale = DVec3::from_array(values.get(k)).abs();
-                !(scale - binding.scale.abs()).abs().cmple(DVec3::splat(tolerance)).all()
+                !(scale - binding.scale).abs().cmple(UNIFORM * binding.scale).all()
             }),
         };
         if changes {

@@ -11,13 +11,14 @@ use crate::gltf::clips::clips;
 use crate::gltf::container::{self, Parts};
 use crate::gltf::document::{Document, Node, Skin};
 use crate::gltf::names::new_names;
-use crate::gltf::source::{Binding, Source};
-use crate::gltf::transform::{HalfTurn, baked, local, scale_below};
+use crate::gltf::scale::{Scale, below};
+use crate::gltf::source::{Binding, Source, check_turns};
+use crate::gltf::transform::{HalfTurn, local, sound};
 use crate::gltf::tree::{NONE, Tree, out_of_range};
 use crate::loaded::Loaded;
 use crate::vrm;
 use crate::vrm::read::{Humanoid, Version};
-use crate::warning::{Warning, Warnings};
+use crate::warning::{Warning, Warnings, short};
 
 /// Reads a document, in a container or as text. Files that it refers to are looked for in `folder`.
 pub(crate) fn read(
@@ -61,13 +62,14 @@ pub(crate) fn load(
     let (mut builder, mut bindings) = joints(nodes, &tree, &skinned, &joint_of_node, &mut warnings)?;
     drop((tree, skinned));
     let humanoid = humanoid(&document, &builder, &joint_of_node, &mut warnings);
-    let before = match humanoid.version {
+    let around = match humanoid.version {
         // Its characters face −z.
         Version::Old => HalfTurn::Y,
         _ => HalfTurn::None,
     };
-    turn(&mut builder, &mut bindings, before);
+    turn(&mut builder, &mut bindings, around);
     add_roles(&humanoid, &mut builder, &mut warnings);
+    check_turns(builder.joints(), &bindings)?;
     let rig = builder.build().map_err(ErrorKind::from)?;
 
     let buffers = buffer::resolve(&document.buffers, parts.bin.clone(), folder)?;
@@ -87,7 +89,8 @@ pub(crate) fn load(
     let loaded = Loaded {
         clips,
         warnings: warnings.into_vec(),
-        world_from_file: before.quaternion(),
+        world_from_file: around.quaternion(),
+        joint_from_file: around.quaternion(),
         source: Some(Arc::new(source)),
         ..Loaded::from_rig(rig)
     };
@@ -140,7 +143,7 @@ fn joint_of_node(tree: &Tree, n_nodes: usize) -> Vec<u32> {
     joints
 }
 
-/// One joint a node, with the scale of what is above baked into its offset.
+/// One joint a node, with the scales of what is above baked into its offset.
 fn joints(
     mut nodes: Vec<Node>,
     tree: &Tree,
@@ -151,36 +154,37 @@ fn joints(
     let mut new_names = new_names(&nodes, &tree.order, warnings);
     let mut builder = RigBuilder::with_capacity(tree.order.len());
     let mut bindings: Vec<Binding> = Vec::with_capacity(tree.order.len());
+    let mut scales: Vec<Scale> = Vec::with_capacity(tree.order.len());
     for idx in &tree.order {
         let Some(mut node) = nodes.get_mut(*idx as usize).map(std::mem::take) else { continue };
         let own = |table: &[u32]| table.get(*idx as usize).copied().unwrap_or(NONE);
         let parent = joint_of_node.get(own(&tree.parent) as usize).map(|joint| *joint as usize);
-        let above = parent.and_then(|p| bindings.get(p)).map_or(1.0, |b| b.scale_above * b.scale);
+        let above = parent.and_then(|p| scales.get(p)).cloned().unwrap_or(Scale::ONE);
         let name = new_names.remove(idx).unwrap_or_else(|| std::mem::take(&mut node.name));
         let local = local(&node, *idx, &name, warnings)?;
         let magnitude =
             |what, found| Fault::at(format!("/nodes/{idx}"), ErrorKind::Magnitude { what, found });
-        let Some(offset) = baked(local.translation, above) else {
+        let Some(offset) = sound(above.to_metres(local.translation)) else {
             let found = local.translation.to_array().to_vec();
             return Err(magnitude("with the scale of its parents, the translation", found));
         };
-        if scale_below(above, local.scale).is_none() {
-            return Err(magnitude("with the scale of its parents, the scale", vec![local.scale]));
+        let Some(below) = below(&above, &local) else {
+            let found = local.scale.to_array().to_vec();
+            return Err(magnitude("with the scale of its parents, the scale", found));
+        };
+        if below.is_sheared {
+            warnings.push(|| Warning::Sheared { joint: short(&name) });
         }
         let mut joint = Joint::new(name, parent.map(JointId::from_index));
-        joint.rest_rotation = local.rotation;
+        joint.rest_rotation = below.rotation;
         joint.rest_translation = offset;
         if skinned.get(*idx as usize) == Some(&true) {
             joint.motion = Motion::BALL;
         }
         builder.add(joint);
-        bindings.push(Binding {
-            node: *idx,
-            before: HalfTurn::None,
-            half_turn: local.half_turn,
-            scale_above: above,
-            scale: local.scale,
-        });
+        scales.push(below.scale);
+        let (half_turn, scale) = (below.half_turn, local.scale.abs());
+        bindings.push(Binding { node: *idx, turn: HalfTurn::None, half_turn, above, scale });
     }
     Ok((builder, bindings))
 }
@@ -218,16 +222,16 @@ fn add_roles(humanoid: &Humanoid, builder: &mut RigBuilder, warnings: &mut Warni
     }
 }
 
-/// Turns the whole file about its origin.
+/// Turns the whole file about its origin, and every joint's axes with it.
 fn turn(builder: &mut RigBuilder, bindings: &mut [Binding], turn: HalfTurn) {
     if turn == HalfTurn::None {
         return;
     }
-    let roots = builder.joints_mut().iter_mut().zip(bindings).filter(|(joint, _)| joint.parent.is_none());
-    for (joint, binding) in roots {
-        joint.rest_rotation = turn.quaternion() * joint.rest_rotation;
-        joint.rest_translation = turn.quaternion() * joint.rest_translation;
-        binding.before = turn;
+    let q = turn.quaternion();
+    for (joint, binding) in builder.joints_mut().iter_mut().zip(bindings) {
+        joint.rest_rotation = q * joint.rest_rotation * q.inverse();
+        joint.rest_translation = q * joint.rest_translation;
+        binding.turn = turn;
     }
 }
 

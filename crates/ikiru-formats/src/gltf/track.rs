@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use ikiru_rig::{Clip, JointId, Pose, Rig};
 use serde::Deserialize;
 
@@ -68,8 +68,8 @@ pub(crate) struct Track<'b> {
 pub(crate) enum MotionOf {
     /// Of the node's rotation: what it is multiplied with from the left and from the right.
     Rotation(DQuat, DQuat),
-    /// Of the node's translation: factor, then turn, then what is added.
-    Translation(f64, DQuat, DVec3),
+    /// Of the node's translation: what it is multiplied with, then what is added.
+    Translation(DMat3, DVec3),
 }
 
 /// All times at which a pose is needed.
@@ -131,9 +131,9 @@ pub(crate) fn sample(
                 MotionOf::Rotation(left, right) => {
                     pose.set_rotation(track.joint, left * track.rotation(keys, *secs) * right)
                 }
-                MotionOf::Translation(scale, turn, add) => {
+                MotionOf::Translation(matrix, add) => {
                     let translation = track.translation(keys, *secs);
-                    pose.set_translation(track.joint, turn * (translation * scale) + add)
+                    pose.set_translation(track.joint, matrix * translation + add)
                 }
             }
             .map_err(|error| error.to_string())?;

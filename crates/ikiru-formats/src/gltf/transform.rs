@@ -1,4 +1,4 @@
-//! A node's own transform as a rest transform: rotation, translation, and a scale that is baked below it.
+//! A node's own transform, taken apart: rotation, translation and scale.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use ikiru_rig::{RigidError, decompose_affine};
@@ -8,10 +8,7 @@ use crate::gltf::document::Node;
 use crate::warning::{Warning, Warnings, short};
 
 /// The largest magnitude (and, inverted, the smallest scale) that is computed with.
-const LARGEST: f64 = 1e100;
-
-/// How much the scales of the axes may differ, relative to the largest.
-pub(crate) const UNIFORM: f64 = 1e-3;
+pub(crate) const LARGEST: f64 = 1e100;
 
 /// A half turn that a node's rotation is followed by, or a whole file turned by.
 ///
@@ -36,7 +33,7 @@ impl HalfTurn {
         }
     }
 
-    fn of_signs(signs: DVec3) -> Self {
+    pub(crate) fn of_signs(signs: DVec3) -> Self {
         // The axis whose sign is not that of the two others: the one that a half turn leaves alone.
         match (signs.x > 0.0, signs.y > 0.0, signs.z > 0.0) {
             (true, true, true) | (false, false, false) => Self::None,
@@ -47,29 +44,20 @@ impl HalfTurn {
     }
 }
 
-/// A node's transform as the file has it.
-pub(crate) struct Parts {
+/// A node's transform.
+pub(crate) struct Local {
+    /// Of unit length.
     pub(crate) rotation: DQuat,
+    /// In the parent's unit.
     pub(crate) translation: DVec3,
     pub(crate) scale: DVec3,
 }
 
-/// A node's transform as a rig has it.
-pub(crate) struct Local {
-    /// The rest rotation: the node's, then the half turn.
-    pub(crate) rotation: DQuat,
-    /// In the parent's unit.
-    pub(crate) translation: DVec3,
-    /// Mean over the axes; negative where the node is mirrored.
-    pub(crate) scale: f64,
-    pub(crate) half_turn: HalfTurn,
-}
-
 /// A node's transform taken apart; `idx` is its position, for errors.
-pub(crate) fn parts(node: &Node, idx: u32) -> Result<Parts, Fault> {
+pub(crate) fn parts(node: &Node, idx: u32) -> Result<Local, Fault> {
     let parts = match &node.matrix {
         Some(matrix) => of_matrix(matrix, idx)?,
-        None => Parts {
+        None => Local {
             rotation: match node.rotation.as_deref() {
                 Some(rotation) => unit(*rotation).ok_or_else(|| {
                     let kind = ErrorKind::Zero {
@@ -102,7 +90,7 @@ pub(crate) fn parts(node: &Node, idx: u32) -> Result<Parts, Fault> {
     Ok(parts)
 }
 
-fn of_matrix(matrix: &[f64; 16], idx: u32) -> Result<Parts, Fault> {
+fn of_matrix(matrix: &[f64; 16], idx: u32) -> Result<Local, Fault> {
     let fail = |kind| Fault::at(format!("/nodes/{idx}/matrix"), kind);
     let found = || matrix.to_vec();
     let [ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, tx, ty, tz, tw] = *matrix;
@@ -123,7 +111,7 @@ fn of_matrix(matrix: &[f64; 16], idx: u32) -> Result<Parts, Fault> {
             RigidError::NotFinite => ErrorKind::Magnitude { what: "the matrix", found: found() },
         })
     })?;
-    Ok(Parts { rotation, translation, scale })
+    Ok(Local { rotation, translation, scale })
 }
 
 /// A quaternion brought to unit length; `None` where it has none.
@@ -137,9 +125,9 @@ pub(crate) fn unit(q: [f64; 4]) -> Option<DQuat> {
     q.is_finite().then_some(q)
 }
 
-/// A node's transform for the rig, with warnings about what a rig cannot have.
+/// A node's transform, with warnings about what is odd in it.
 pub(crate) fn local(node: &Node, idx: u32, name: &str, warnings: &mut Warnings) -> Result<Local, Fault> {
-    let Parts { mut rotation, translation, scale } = parts(node, idx)?;
+    let local = parts(node, idx)?;
     let joint = || short(name);
     if node.matrix.is_some()
         && (node.translation.is_some() || node.rotation.is_some() || node.scale.is_some())
@@ -152,30 +140,13 @@ pub(crate) fn local(node: &Node, idx: u32, name: &str, warnings: &mut Warnings) 
             warnings.push(|| Warning::RotationLength { joint: joint(), length });
         }
     }
-    let half_turn = HalfTurn::of_signs(scale.signum());
-    if half_turn != HalfTurn::None {
-        rotation = (rotation * half_turn.quaternion()).normalize();
-    }
-    let sizes = scale.abs();
-    let mean = if sizes.x == sizes.y && sizes.y == sizes.z { sizes.x } else { sizes.element_sum() / 3.0 };
-    if sizes.max_element() - sizes.min_element() > UNIFORM * sizes.max_element() {
-        warnings.push(|| Warning::NonUniformScale { joint: joint(), scale: scale.to_array(), used: mean });
-    }
-    let mirrored = scale.signum().element_product() < 0.0;
-    if mirrored {
+    if local.scale.signum().element_product() < 0.0 {
         warnings.push(|| Warning::Mirrored { joint: joint() });
     }
-    Ok(Local { rotation, translation, scale: if mirrored { -mean } else { mean }, half_turn })
+    Ok(local)
 }
 
-/// An offset in units of a scaled parent, in metres, if that can be computed with.
-pub(crate) fn baked(translation: DVec3, above: f64) -> Option<DVec3> {
-    let offset = translation * above;
+/// An offset, if it can be computed with.
+pub(crate) fn sound(offset: DVec3) -> Option<DVec3> {
     (offset.is_finite() && offset.abs().max_element() <= LARGEST).then_some(offset)
-}
-
-/// The scale below a node, if it can be computed with.
-pub(crate) fn scale_below(above: f64, scale: f64) -> Option<f64> {
-    let below = above * scale;
-    (below.abs() <= LARGEST && below.abs() >= 1.0 / LARGEST).then_some(below)
 }

@@ -10,7 +10,7 @@ use crate::gltf::container::{self, Container};
 use crate::gltf::document::Node;
 use crate::gltf::patch::{Members, list, numbers, string};
 use crate::gltf::read::difference;
-use crate::gltf::source::{Binding, Source};
+use crate::gltf::source::{Binding, Source, check_turns};
 use crate::gltf::transform::parts;
 use crate::gltf::uri::{self, Target};
 use crate::loaded::Loaded;
@@ -46,7 +46,7 @@ pub(crate) fn source(loaded: &Loaded) -> Result<&Source, Error> {
     loaded.source().ok_or_else(|| Error::new("rig", Place::File, ErrorKind::NoSource))
 }
 
-/// Whether a pose is one of the file's joints and has finite numbers.
+/// Whether a pose is one of the file's joints, has finite numbers, and turns what the file can turn.
 pub(crate) fn check_pose(loaded: &Loaded, pose: &Pose, what: &'static str) -> Result<(), Fault> {
     if let Some(difference) = difference(&loaded.rig, pose.rig()) {
         return Err(ErrorKind::OtherRig { what, difference }.into());
@@ -54,7 +54,10 @@ pub(crate) fn check_pose(loaded: &Loaded, pose: &Pose, what: &'static str) -> Re
     if !pose.is_valid() {
         return Err(ErrorKind::InvalidPose { what }.into());
     }
-    Ok(())
+    match loaded.source() {
+        Some(source) if !loaded.rig.is_same(pose.rig()) => check_turns(pose.rig().joints(), &source.bindings),
+        _ => Ok(()),
+    }
 }
 
 fn posed(loaded: &Loaded, source: &Source, pose: &Pose, container: Container) -> Result<Written, Fault> {
@@ -84,8 +87,7 @@ fn posed(loaded: &Loaded, source: &Source, pose: &Pose, container: Container) ->
 /// The node's rotation for a joint's motion.
 pub(crate) fn node_rotation(loaded: &Loaded, id: JointId, binding: &Binding, rotation: DQuat) -> DQuat {
     let rest = loaded.rig.get(id).map_or(DQuat::IDENTITY, |j| j.rest_rotation);
-    // A half turn is its own inverse, but for the sign of the quaternion.
-    (binding.before.quaternion().inverse() * rest * rotation * binding.half_turn.quaternion()).normalize()
+    binding.node_rotation(rest * rotation)
 }
 
 /// The node's translation for a joint's motion, in the node's own unit.
@@ -96,8 +98,7 @@ pub(crate) fn node_translation(
     translation: glam::DVec3,
 ) -> [f64; 3] {
     let Some(joint) = loaded.rig.get(id) else { return [0.0; 3] };
-    let offset = joint.rest_translation + joint.rest_rotation * translation;
-    (binding.before.quaternion().inverse() * offset / binding.scale_above).to_array()
+    binding.node_translation(joint.rest_translation + joint.rest_rotation * translation).to_array()
 }
 
 /// A file being written: the document's members, and what its BIN chunk holds.

@@ -6,7 +6,6 @@ use ikiru_rig::{Clip, JointId, Motion, Pose, PoseError, Rig, rotation_vector};
 use super::document::{Angles, Document, List, Named, Numbers, parse};
 use super::key;
 use crate::error::{Error, ErrorKind, Fault};
-use crate::motion::floating_root;
 use crate::warning::short;
 
 /// Reads a motion as [`motion_json`](crate::motion_json) and `ikiru plan` write it, for a rig; `name` stands
@@ -192,21 +191,26 @@ impl Frames<'_> {
     fn take_root(&mut self, list: &List<Numbers<3>>) -> Result<(), Fault> {
         let at = "/root_translation";
         self.check_count(at, list)?;
-        match (floating_root(self.rig), self.rig.root().or(self.rig.ids().next())) {
-            (Some(root), _) => self.translate(root, at, list),
-            (None, Some(root)) => {
+        if self.rig.floating_root().is_some() {
+            for (pose, numbers) in self.poses.iter_mut().zip(&list.0) {
+                pose.set_root_translation(numbers.0.into()).map_err(|e| unset(at, &e))?;
+            }
+            return Ok(());
+        }
+        match self.rig.root().or(self.rig.ids().next()) {
+            Some(root) => {
                 let moves = |numbers: &Numbers<3>| DVec3::from(numbers.0).length() > 1e-9;
                 let Some(frame) = list.0.iter().position(moves) else { return Ok(()) };
                 let kind =
                     cannot_move(self.rig, root, list.0[frame].0.to_vec(), "zeros: it cannot translate");
                 Err(Fault::at(format!("{at}/{frame}"), kind))
             }
-            (None, None) => Ok(()),
+            None => Ok(()),
         }
     }
 
     fn take_translations(&mut self, named: &Named<List<Numbers<3>>>) -> Result<(), Fault> {
-        let root = floating_root(self.rig);
+        let root = self.rig.floating_root();
         for (id, at, list) in resolved(self.rig, "translations", named)? {
             self.check_count(&at, list)?;
             let is_free = matches!(self.rig.joints()[id.index()].motion, Motion::Free { .. });

@@ -57,7 +57,7 @@ fn fitting(document: &Document, rig: &Rig) -> Result<Rig, Fault> {
             changed = true;
         }
     }
-    let floats = crate::motion::floating_root(rig).is_some();
+    let floats = rig.floating_root().is_some();
     if !floats && document.root_translation.0.iter().any(|numbers| numbers.0 != [0.0; 3]) {
         builder.free_root().map_err(|error| Fault::at("/root_translation", error.into()))?;
         changed = true;

@@ -1,22 +1,24 @@
 //! A pose or a motion → JSON, under the rig's own names.
 
+use glam::DVec3;
 use ikiru_rig::{Clip, JointId, Motion, Pose};
 use serde_json::{Map, Value, json};
 
 use super::key;
-use crate::motion::{aligned_rotations, floating_root};
+use crate::motion::aligned_rotations;
 
 /// A pose as JSON:
-/// `{"root_translation": [x, y, z], "joints": {NAME: {"rotation": [x, y, z, w], …}}}`.
+/// `{"root": NAME or null, "root_translation": [x, y, z], "joints": {NAME: {"rotation": [x, y, z, w], …}}}`.
 ///
 /// Each of `joints` has its motion's rotation, on top of the rest rotation; besides it an Euler joint has
-/// `"euler_deg"` (x, y, z), a hinge `"angle_deg"`, and a slider `"offset"` in metres. `root_translation` is
-/// that of the topmost joint that moves, in metres on top of rest; zeros where it does not float. Ids that
-/// the rig does not have are left out.
+/// `"euler_deg"` (x, y, z), a hinge `"angle_deg"`, and a slider `"offset"` in metres. `root` is the root of the
+/// body where it floats ([`Rig::floating_root`](ikiru_rig::Rig::floating_root)), `root_translation` how far it
+/// is from where it is at rest, in metres along the world's axes; null and zeros where it does not float. Any
+/// other free joint has a `"translation"`, as [`Pose::translation`] gives it. Ids that the rig does not have
+/// are left out.
 #[must_use]
 pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
-    let root = floating_root(pose.rig());
-    let translation = root.map_or([0.0; 3], |root| pose.translation(root).to_array());
+    let root = pose.rig().floating_root();
     let mut named = Map::with_capacity(joints.len());
     for id in joints {
         let Some(joint) = pose.rig().get(*id) else { continue };
@@ -34,19 +36,23 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
             Motion::Slider { .. } => {
                 value.insert(key::OFFSET.to_owned(), json!(scalar));
             }
+            Motion::Free { .. } if Some(*id) != root => {
+                value.insert("translation".to_owned(), json!(pose.translation(*id).to_array()));
+            }
             Motion::Fixed | Motion::Ball { .. } | Motion::Free { .. } => {}
         }
         named.insert(joint.name.clone(), Value::Object(value));
     }
-    json!({ "root_translation": translation, "joints": named })
+    let root = root.and_then(|root| pose.rig().get(root)).map(|joint| &joint.name);
+    json!({ "root": root, "root_translation": pose.root_translation().to_array(), "joints": named })
 }
 
 /// A clip as JSON, one entry a frame:
 /// `{"times": [s], "root_translation": [[x, y, z]], "joints": {NAME: [[x, y, z, w]]}}`.
 ///
 /// Each of `joints` has the rotations of its motion, on top of the rest rotation, neighbours on the same side (so
-/// that numbers may be blended); `root_translation` is that of the topmost joint that moves, in metres on
-/// top of rest, zeros where it does not float. Where rotations do not tell everything, two more members do:
+/// that numbers may be blended); `root_translation` is how far the root of the body is from where it is at rest,
+/// in metres along the world's axes, zeros where it does not float. Where rotations do not tell everything, two more members do:
 /// `"angles": {NAME: {"euler_deg": [[x, y, z]]}}` for an Euler joint, `{"angle_deg": [°]}` for a hinge,
 /// `{"offset": [m]}` for a slider; and `"translations": {NAME: [[x, y, z]]}` for free joints besides the
 /// root. Both are left out where they would be empty. Angles without limits go on from frame to frame and may be more
@@ -72,10 +78,9 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
 pub fn motion_json(clip: &Clip, joints: &[JointId]) -> Value {
     let clip = &clip.clone().unwrapped();
     let rig = clip.rig();
-    let root = floating_root(rig);
-    let translations = |joint: Option<JointId>| -> Vec<[f64; 3]> {
-        let of = |pose: &Pose| joint.map_or([0.0; 3], |joint| pose.translation(joint).to_array());
-        clip.poses().iter().map(of).collect()
+    let root = rig.floating_root();
+    let numbers = |of: &dyn Fn(&Pose) -> DVec3| -> Vec<[f64; 3]> {
+        clip.poses().iter().map(|pose| of(pose).to_array()).collect()
     };
     let (mut rotations, mut angles, mut moved) = (Map::new(), Map::new(), Map::new());
     for id in joints {
@@ -83,7 +88,7 @@ pub fn motion_json(clip: &Clip, joints: &[JointId]) -> Value {
         let turns: Vec<[f64; 4]> = aligned_rotations(clip, *id).map(|q| q.to_array()).collect();
         rotations.insert(joint.name.clone(), json!(turns));
         let values = || clip.poses().iter().map(|pose| pose.value(*id).unwrap_or_default());
-        let numbers = match joint.motion {
+        let angles_of = match joint.motion {
             Motion::Euler { .. } => {
                 let euler = |pose: &Pose| pose.euler(*id).unwrap_or_default().map(f64::to_degrees);
                 json!({ key::EULER: clip.poses().iter().map(euler).collect::<Vec<_>>() })
@@ -91,16 +96,16 @@ pub fn motion_json(clip: &Clip, joints: &[JointId]) -> Value {
             Motion::Hinge { .. } => json!({ key::ANGLE: values().map(f64::to_degrees).collect::<Vec<_>>() }),
             Motion::Slider { .. } => json!({ key::OFFSET: values().collect::<Vec<_>>() }),
             Motion::Free { .. } if Some(*id) != root => {
-                moved.insert(joint.name.clone(), json!(translations(Some(*id))));
+                moved.insert(joint.name.clone(), json!(numbers(&|pose| pose.translation(*id))));
                 continue;
             }
             Motion::Fixed | Motion::Ball { .. } | Motion::Free { .. } => continue,
         };
-        angles.insert(joint.name.clone(), numbers);
+        angles.insert(joint.name.clone(), angles_of);
     }
     let mut motion = Map::new();
     motion.insert("times".to_owned(), json!(clip.times()));
-    motion.insert("root_translation".to_owned(), json!(translations(root)));
+    motion.insert("root_translation".to_owned(), json!(numbers(&Pose::root_translation)));
     motion.insert("joints".to_owned(), Value::Object(rotations));
     for (name, members) in [("angles", angles), ("translations", moved)] {
         if !members.is_empty() {

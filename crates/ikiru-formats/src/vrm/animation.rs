@@ -52,7 +52,7 @@ pub fn read_vrma(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
 /// let file = ikiru_formats::read_vrma(&ikiru_formats::write_vrma(&clip)?, "wave.vrma")?;
 /// let other = ikiru_formats::builtin("reference")?.rig;
 /// let on_other = transfer(&file.clips[0], &other, Reference::TPose)?;
-/// assert_eq!(on_other.duration_secs(), 0.5);
+/// assert_eq!(on_other.clip.duration_secs(), 0.5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -82,7 +82,7 @@ fn write(clip: &Clip) -> Result<Written, Fault> {
         return Err(ErrorKind::RolesMissing { missing: missing.join(", ") }.into());
     };
     let rig = normalised(source).map_err(ErrorKind::from)?;
-    let moved = transfer(clip, &rig, Reference::TPose).map_err(ErrorKind::from)?;
+    let moved = transfer(clip, &rig, Reference::TPose).map_err(ErrorKind::from)?.clip;
     let (clip, warning) = fold(&moved, clip).map_err(|error| ErrorKind::Transfer(error.into()))?;
 
     let (mut nodes, mut bones): (Vec<Value>, _) = (Vec::new(), Map::new());

@@ -43,7 +43,7 @@ fn a_clip_comes_back_through_a_file() {
         assert_eq!(loaded.warnings, []);
         assert_eq!(loaded.clips.len(), 1);
         assert_eq!((loaded.clips[0].name(), loaded.clips[0].times()), (clip.name(), clip.times()));
-        let again = transfer(&loaded.clips[0], &rig, Reference::TPose).unwrap();
+        let again = transfer(&loaded.clips[0], &rig, Reference::TPose).unwrap().clip;
         for (a, b) in clip.poses().iter().zip(again.poses()) {
             for role in roles(&rig) {
                 // Numbers in the file have 32 bits; joints without a role between two with one are still.
@@ -90,9 +90,9 @@ fn the_files_skeleton_rests_in_t_pose_with_axes_along_the_worlds() {
 fn a_clip_written_from_one_character_moves_another_alike() {
     let (source, target) = (free("mh_female_mixamo.glb"), free("mh_male_vrm0.vrm"));
     let clip = random_clip(&source);
-    let direct = transfer(&clip, &target, Reference::TPose).unwrap();
+    let direct = transfer(&clip, &target, Reference::TPose).unwrap().clip;
     let file = read_vrma(&write_vrma(&clip).unwrap(), "clip.vrma").unwrap();
-    let through = transfer(&file.clips[0], &target, Reference::TPose).unwrap();
+    let through = transfer(&file.clips[0], &target, Reference::TPose).unwrap().clip;
     for (a, b) in direct.poses().iter().zip(through.poses()) {
         for role in roles(&source) {
             assert!(frame(a, role).1.distance(frame(b, role).1) < 1e-5, "{role}");

@@ -244,7 +244,7 @@ fn poses_as_json_have_the_members_of_each_motion() {
     builder.set_motion(ids[1], Motion::Hinge { axis: DVec3::X, range: Range::UNLIMITED });
     let euler = Motion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] };
     builder.set_motion(ids[2], euler);
-    let mut slider = Joint::new("rail", None);
+    let mut slider = Joint::new("rail", Some(ids[0]));
     slider.motion = Motion::Slider { axis: DVec3::X, range: Range::UNLIMITED };
     let rail = builder.add(slider);
     let rig = builder.build().unwrap();
@@ -254,7 +254,7 @@ fn poses_as_json_have_the_members_of_each_motion() {
     pose.set_euler(ids[2], [0.0, std::f64::consts::FRAC_PI_2, 0.0]).unwrap();
     pose.set_value(rail, 0.25).unwrap();
     let value = ikiru_formats::pose_json(&pose, &[ids[2], ids[0], ids[1], rail]);
-    assert_eq!(value["root_translation"], json!([1.0, 2.0, 3.0]));
+    assert_eq!((&value["root"], &value["root_translation"]), (&json!("hip"), &json!([1.0, 2.0, 3.0])));
     let joints = value["joints"].as_object().unwrap();
     assert_eq!(joints.keys().collect::<Vec<_>>(), ["foot", "hip", "knee", "rail"]);
     assert_eq!(joints["hip"], json!({ "rotation": [0.0, 0.0, 0.0, 1.0] }));
@@ -263,4 +263,24 @@ fn poses_as_json_have_the_members_of_each_motion() {
     assert_eq!(joints["rail"], json!({ "rotation": [0.0, 0.0, 0.0, 1.0], "offset": 0.25 }));
     let knee: Vec<f64> = serde_json::from_value(joints["knee"]["rotation"].clone()).unwrap();
     assert!(DQuat::from_slice(&knee).dot(DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0)).abs() > 1.0 - 1e-12);
+}
+
+#[test]
+fn what_floats_beside_the_root_keeps_its_translation_in_json() {
+    // Two trees: nothing carries both, so there is no root of the body.
+    let mut builder = RigBuilder::new();
+    for name in ["figure", "ball"] {
+        let mut joint = Joint::new(name, None);
+        joint.motion = Motion::FREE;
+        builder.add(joint);
+    }
+    let rig = builder.build().unwrap();
+    let mut pose = rig.rest_pose();
+    for (id, x) in rig.ids().zip([1.0, 2.0]) {
+        pose.set_translation(id, DVec3::new(x, 0.0, 0.0)).unwrap();
+    }
+    let value = ikiru_formats::pose_json(&pose, &rig.ids().collect::<Vec<_>>());
+    assert_eq!((&value["root"], &value["root_translation"]), (&Value::Null, &json!([0.0, 0.0, 0.0])));
+    assert_eq!(value["joints"]["figure"]["translation"], json!([1.0, 0.0, 0.0]));
+    assert_eq!(value["joints"]["ball"]["translation"], json!([2.0, 0.0, 0.0]));
 }

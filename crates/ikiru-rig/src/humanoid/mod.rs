@@ -35,12 +35,13 @@ mod t_pose;
 mod table;
 mod transfer;
 mod tree;
+mod way;
 
 pub use apply::RoleMapError;
 pub use assign::{Assignment, RoleProblem, assign};
 pub use facing::facing;
 pub use t_pose::{normalised, t_pose};
-pub use transfer::{Reference, TransferError, transfer};
+pub use transfer::{Reference, TransferError, TransferWarning, Transferred, transfer};
 
 use crate::name::{UnknownName, unknown};
 

@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::humanoid::way::{foot, stands};
 use crate::humanoid::{Role, facing};
 use crate::joint::{Joint, JointId, Motion};
 use crate::maths;
@@ -84,13 +85,15 @@ pub(super) fn turns_freely(motion: &Motion) -> bool {
 
 /// The skeleton of a rig's humanoid bones alone, as VRM calls it normalised: one joint a role, called by its
 /// role, at rest in T-pose and facing +z with all axes along the world's. The hips are free, all others balls.
-/// The eyes are left out: VRM's animations move them by where they look.
+/// A rig that rests with its hips at the origin is set on the ground: players measure a body by the height of
+/// its hips. The eyes are left out: VRM's animations move them by where they look.
 ///
 /// # Errors
 /// When the rig has no humanoid roles at all: a rig needs a joint.
 pub fn normalised(rig: &Rig) -> Result<Rig, RigError> {
     let (pose, turned) = (t_pose(rig), maths::turn_about(DVec3::Y, facing::heading(rig)).inverse());
     let at = |role: Role| rig.role(role).map(|joint| turned * pose.frame(joint).origin.value());
+    let lift = if stands(&pose) { 0.0 } else { -foot(&pose).unwrap_or_default() };
     let mut builder = RigBuilder::new();
     let mut ids: [Option<JointId>; Role::ALL.len()] = [None; Role::ALL.len()];
     for role in Role::ALL.into_iter().filter(|role| !matches!(role, Role::LeftEye | Role::RightEye)) {
@@ -98,6 +101,9 @@ pub fn normalised(rig: &Rig) -> Result<Rig, RigError> {
         let above = role.ancestors().find(|above| ids[*above as usize].is_some());
         let mut joint = Joint::new(role.name(), above.and_then(|above| ids[above as usize]));
         joint.rest_translation = position - above.and_then(at).unwrap_or_default();
+        if above.is_none() {
+            joint.rest_translation.y += lift;
+        }
         joint.motion = if role == Role::Hips { Motion::FREE } else { Motion::BALL };
         joint.role = Some(role);
         ids[role as usize] = Some(builder.add(joint));

@@ -4,11 +4,12 @@ use glam::{DQuat, DVec3};
 
 use crate::clip::{Clip, ClipError};
 use crate::humanoid::t_pose::{t_pose, turns_freely};
+use crate::humanoid::way::Way;
 use crate::humanoid::{Role, facing};
 use crate::joint::{JointId, Motion};
 use crate::maths;
 use crate::pose::{Pose, PoseError};
-use crate::rig::Rig;
+use crate::rig::{Rig, RigError};
 
 /// The pose in which two rigs are taken to look alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +19,52 @@ pub enum Reference {
     /// The [T-pose](t_pose) of both: right for a clip of a rig that rests with its arms out on one whose arms
     /// hang.
     TPose,
+}
+
+/// A clip on another rig.
+#[derive(Clone, Debug)]
+pub struct Transferred {
+    /// The clip. Its rig is the target, or the target with its root floating, where the hips need that.
+    pub clip: Clip,
+    /// What got lost on the way.
+    pub warnings: Vec<TransferWarning>,
+}
+
+/// What a clip lost when it was transferred.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum TransferWarning {
+    /// The hips move in the clip, and stay in place on the target.
+    HipsStay {
+        /// How far they would have got from where they are at rest, metres.
+        metres: f64,
+        /// Why nothing of the target can float.
+        reason: RigError,
+    },
+    /// The clip goes somewhere, but one of the rigs has no joint that is the hips.
+    NoHips {
+        /// Which: the clip's rig, or the target.
+        rig: &'static str,
+    },
+}
+
+impl std::fmt::Display for TransferWarning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::HipsStay { metres, reason } => {
+                write!(
+                    f,
+                    "the hips, which go up to {metres:.3} m from their place, were left there: {reason}"
+                )
+            }
+            Self::NoHips { rig } => {
+                write!(
+                    f,
+                    "{rig} has no joint that is the hips, so their way was left out: expected the role 'hips'"
+                )
+            }
+        }
+    }
 }
 
 /// Why a clip cannot be transferred.
@@ -47,13 +94,16 @@ pub enum TransferError {
 ///
 /// The way of the hips from the reference, times the ratio of the hips' heights over the feet (of the lengths
 /// of the trunk, where a rig has no feet), goes to the nearest [free](Motion::Free) joint at or above the
-/// target's hips; without one the hips stay in place.
+/// target's hips. A target without one gets one, where the hips move at all: its root floats
+/// ([`RigBuilder::free_root`](crate::RigBuilder::free_root)), and the clip is one of that rig, which has the target's joints at the
+/// target's places. Many motion files rest with the hips at the origin and move over the ground: on a target
+/// that stands on the ground at rest, the hips are then where those of the clip are in the world, times that ratio.
 ///
 /// Both characters are taken to stand along +y; each may face +z, −z, +x or −x.
 ///
 /// # Errors
 /// When a rig has no roles, or the two have none in common; when the clip has numbers that are not finite.
-pub fn transfer(clip: &Clip, target: &Rig, reference: Reference) -> Result<Clip, TransferError> {
+pub fn transfer(clip: &Clip, target: &Rig, reference: Reference) -> Result<Transferred, TransferError> {
     let Some(source) = clip.poses().first().map(Pose::rig) else { return Err(ClipError::Empty.into()) };
     let has_roles = |rig: &Rig| Role::ALL.iter().any(|role| rig.role(*role).is_some());
     if !has_roles(source) {
@@ -62,54 +112,51 @@ pub fn transfer(clip: &Clip, target: &Rig, reference: Reference) -> Result<Clip,
     if !has_roles(target) {
         return Err(TransferError::NoRoles("the target"));
     }
-    let map = Map::new(source, target, reference);
+    let stance = |rig: &Rig| match reference {
+        Reference::Rest => rig.rest_pose(),
+        Reference::TPose => t_pose(rig),
+    };
+    let (from, to) = (stance(source), stance(target));
+    let turn = maths::turn_about(DVec3::Y, facing::heading(target) - facing::heading(source));
+    let (way, warnings) = match Way::new(clip, &from, &to, turn) {
+        Ok(way) => (way, Vec::new()),
+        Err(warning) => (None, vec![warning]),
+    };
+    let rig = way.as_ref().map_or(target, |way| &way.rig);
+    let map = Map::new(&from, &to, rig.clone(), turn);
     if map.pairs.iter().all(Option::is_none) {
         return Err(TransferError::NothingInCommon);
     }
     let mut poses: Vec<Pose> = Vec::with_capacity(clip.poses().len());
-    for pose in clip.poses() {
-        poses.push(map.pose(pose, poses.last())?);
+    for (idx, from) in clip.poses().iter().enumerate() {
+        let mut pose = map.pose(from, poses.last())?;
+        if let Some(way) = &way {
+            way.follow(idx, &mut pose)?;
+        }
+        poses.push(pose);
     }
-    Ok(Clip::new(clip.name(), clip.times().to_vec(), poses)?)
+    Ok(Transferred { clip: Clip::new(clip.name(), clip.times().to_vec(), poses)?, warnings })
 }
 
 /// What is the same for all poses of a clip.
-struct Map<'t> {
-    target: &'t Rig,
+struct Map {
+    target: Rig,
     /// For each joint of the target: the source's joint of the same role, and what follows its world rotation.
     pairs: Vec<Option<(JointId, DQuat)>>,
     /// From the heading of the source to that of the target.
     turn: DQuat,
-    hips: Option<Hips>,
 }
 
-/// How the hips translate.
-struct Hips {
-    source: JointId,
-    source_at: DVec3,
-    /// The joint that takes the translation.
-    free: JointId,
-    /// From the world to the frame in which that joint translates.
-    frame_from_world: DQuat,
-    scale: f64,
-}
-
-impl<'t> Map<'t> {
-    fn new(source: &Rig, target: &'t Rig, reference: Reference) -> Self {
-        let stance = |rig: &Rig| match reference {
-            Reference::Rest => rig.rest_pose(),
-            Reference::TPose => t_pose(rig),
-        };
-        let (from, to) = (stance(source), stance(target));
-        let turn = maths::turn_about(DVec3::Y, facing::heading(target) - facing::heading(source));
+impl Map {
+    /// `target` has the joints of the stance `to`.
+    fn new(from: &Pose, to: &Pose, target: Rig, turn: DQuat) -> Self {
         let mut pairs = vec![None; target.n_joints()];
         for role in Role::ALL {
-            let (Some(a), Some(b)) = (source.role(role), target.role(role)) else { continue };
+            let (Some(a), Some(b)) = (from.rig().role(role), target.role(role)) else { continue };
             let (r, t) = (from.frame(a).rotation.quaternion(), to.frame(b).rotation.quaternion());
             pairs[b.index()] = Some((a, r.inverse() * turn.inverse() * t));
         }
-        let hips = Hips::new(&from, &to);
-        Self { target, pairs, turn, hips }
+        Self { target, pairs, turn }
     }
 
     fn pose(&self, from: &Pose, before: Option<&Pose>) -> Result<Pose, PoseError> {
@@ -125,56 +172,8 @@ impl<'t> Map<'t> {
             }
             world.push((at_rest * pose.rotation(id)).normalize());
         }
-        if let Some(hips) = &self.hips {
-            let way = source_frames[hips.source.index()].origin.value() - hips.source_at;
-            let way = self.turn * way * hips.scale;
-            pose.set_translation(hips.free, hips.frame_from_world * way)?;
-        }
         Ok(pose)
     }
-}
-
-impl Hips {
-    fn new(from: &Pose, to: &Pose) -> Option<Self> {
-        let (source, hips) = (from.rig().role(Role::Hips)?, to.rig().role(Role::Hips)?);
-        let target = to.rig();
-        let is_free = |joint: &JointId| {
-            target.get(*joint).is_some_and(|joint| matches!(joint.motion, Motion::Free { .. }))
-        };
-        let free = target.ancestors(hips).find(is_free)?;
-        Some(Self {
-            source,
-            source_at: from.frame(source).origin.value(),
-            free,
-            frame_from_world: target.rest_pose().frame(free).rotation.quaternion().inverse(),
-            scale: scale(from, to),
-        })
-    }
-}
-
-/// How much larger the target is than the source.
-fn scale(from: &Pose, to: &Pose) -> f64 {
-    let ratio = |length: fn(&Pose) -> Option<f64>| {
-        let (from, to) = (length(from)?, length(to)?);
-        (from > 1e-9 && to > 1e-9).then_some(to / from)
-    };
-    ratio(legs).or_else(|| ratio(trunk)).unwrap_or(1.0)
-}
-
-fn at(pose: &Pose, role: Role) -> Option<DVec3> {
-    pose.rig().role(role).map(|joint| pose.frame(joint).origin.value())
-}
-
-/// Height of the hips over the lower foot.
-fn legs(pose: &Pose) -> Option<f64> {
-    let feet = [Role::LeftFoot, Role::RightFoot].into_iter().filter_map(|foot| at(pose, foot));
-    let lowest = feet.map(|foot| foot.y).reduce(f64::min)?;
-    Some(at(pose, Role::Hips)?.y - lowest)
-}
-
-/// Distance from the hips to the head.
-fn trunk(pose: &Pose) -> Option<f64> {
-    Some(at(pose, Role::Hips)?.distance(at(pose, Role::Head)?))
 }
 
 /// Lets one joint turn as near to a rotation as it can.

@@ -6,6 +6,7 @@ mod laws;
 mod no_allocation;
 mod rate_limits;
 mod retime;
+mod root;
 mod validity;
 
 /// Counts for the tests that bound memory or allow no allocation.

@@ -1,9 +1,12 @@
 //! All tests of the crate in one program, which links once.
 
 mod characters;
+mod floating;
 mod motion;
 mod paper;
 mod robots;
 mod roles;
+mod scales;
 mod scenarios;
+mod worlds;
 mod wrong_input;
