@@ -57,7 +57,7 @@
 //! | `known_rotation` | `joints = { NAME = … }` with values as in `[start]`, `tolerance_deg` | yes |
 //! | `rest_pose` | `joints`; left out: all active ones; `tolerance_deg` | no |
 //!
-//! Beside a `[motion]`, every objective takes `at`, or `from` and `to`, in seconds: when it holds; at the last frame
+//! Beside a `[motion]`, every objective takes `at`, or `from` and `to`, in seconds: when it holds; at the last sample
 //! otherwise. `path = [[secs, x, y, z], …]` is a target that moves along a smooth curve, for as long as it goes on unless
 //! times are given. [`Scenario::into_motion`] makes it ready to plan.
 //!
@@ -67,8 +67,8 @@
 //! objectives forbid is missed all the same, and reported. A `weight` that is written stays what it is, and so much of the
 //! target is met. Which axes numbers count along is drawn in `docs/axes.md`.
 //!
-//! The first frame is the start, so that what holds from 0 s on holds from the second frame on: a target or path that begins
-//! there and is elsewhere leaves one frame to get to it, which is a warning.
+//! The first sample is the start, so that what holds from 0 s on holds from the second sample on: a target or path that begins
+//! there and is elsewhere leaves one sample to get to it, which is a warning.
 //!
 //! Every objective takes `weight` (1, in a motion as above), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
 //! `{ huber = width }` (`known_rotation` and `rest_pose`: squared alone). Tolerances are 0.001 m and 0.5° unless

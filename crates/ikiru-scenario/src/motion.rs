@@ -23,17 +23,17 @@ use crate::warning::{ScenarioPose, Warning};
 /// What `[motion]` asks for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionSettings {
-    /// How many frames there are, and when.
+    /// How many samples there are, and when.
     pub timeline: Timeline,
     /// Weights of speed, acceleration and jerk; 0.001 each by default.
     pub smoothness: [f64; 3],
     /// The weight of even spacing; 0 by default.
     pub even_spacing: f64,
-    /// Whether the body stands still before the first and after the last frame; not by default.
+    /// Whether the body stands still before the first and after the last sample; not by default.
     pub at_rest: [bool; 2],
-    /// Whether the first frame is the scenario's start; it is by default.
+    /// Whether the first sample is the scenario's start; it is by default.
     pub fixed_start: bool,
-    /// The last frame, where it is given.
+    /// The last sample, where it is given.
     pub end: Option<Pose>,
     /// The most that joints' speeds and accelerations may be.
     pub rate_limits: Vec<RateLimit>,
@@ -50,7 +50,7 @@ pub struct MotionScenario {
     pub loaded: Loaded,
     /// The rig, with the scenario's limits and root.
     pub rig: Rig,
-    /// The terms over time, smoothness, and frames that are given.
+    /// The terms over time, smoothness, and samples that are given.
     pub motion: MotionProblem,
     /// The solver, with the scenario's method and stopping rules.
     pub solver: Solver,
@@ -140,7 +140,7 @@ fn build(
     Ok(motion)
 }
 
-const LENGTH: &str = "'duration_secs' (with 'rate' in frames a second, 30 by default) or 'points'";
+const LENGTH: &str = "'duration_secs' (with 'rate' in samples a second, 30 by default) or 'points'";
 
 /// Reads `[motion]`, if it is there. An end pose has the joints that it does not name as the start has them.
 pub(crate) fn read(
@@ -219,8 +219,8 @@ pub(crate) fn read(
 fn timeline(table: &Table<'_>) -> Result<Timeline, Error> {
     match (table.get("duration_secs"), table.get("rate"), table.get("points")) {
         (Some(duration), rate, None) => {
-            let hertz =
-                rate.map_or(Ok(30.0), |r| r.number_that(|n| n > 0.0, "a number of frames a second above 0"))?;
+            let hertz = rate
+                .map_or(Ok(30.0), |r| r.number_that(|n| n > 0.0, "a number of samples a second above 0"))?;
             Timeline::seconds(duration.number()?, hertz).map_err(|e| wrong(&duration, e))
         }
         (None, None, Some(points)) => {
@@ -260,7 +260,7 @@ pub(crate) fn path(table: &Table<'_>, timeline: Option<&Timeline>) -> Result<Opt
 }
 
 /// When an objective holds: `at`, or `from` and `to`; as long as its path goes on, where it has one; else at the last
-/// frame.
+/// sample.
 pub(crate) fn when(
     table: &Table<'_>,
     timeline: Option<&Timeline>,
@@ -300,7 +300,7 @@ pub(crate) fn when(
     }
 }
 
-/// The first frame is given: a target that is wanted from there on, and is elsewhere, leaves one frame to get there.
+/// The first sample is given: a target that is wanted from there on, and is elsewhere, leaves one sample to get there.
 pub(crate) fn warn_of_what_begins_elsewhere(
     settings: &MotionSettings,
     start: &Pose,

@@ -17,7 +17,7 @@ pub struct PlannedScenario {
     pub clip: Clip,
     /// What came of it, with all times on the clip's clock.
     pub report: MotionReport,
-    /// When the frames of the timeline are in the scenario and in the clip; empty where both are the same.
+    /// When the samples of the timeline are in the scenario and in the clip; empty where both are the same.
     clock: Vec<(f64, f64)>,
 }
 
@@ -41,13 +41,13 @@ impl MotionScenario {
     /// An objective without a weight of the text's own is wanted within its tolerance: with [`Method::Lm`], where the bar is
     /// not a cost, its weight begins at 1 and is raised as long as that helps. Each call begins anew.
     ///
-    /// Where the duration is free and limits on speed and acceleration ask for more of it, the frames of the timeline come
+    /// Where the duration is free and limits on speed and acceleration ask for more of it, the samples of the timeline come
     /// at later and uneven times; the clip has the curve through them at as many samples a second as the scenario asks
-    /// for, and keeps the limits between those as well. Where no even samples do, it has the frames themselves.
+    /// for, and keeps the limits between those as well. Where no even samples do, it has the samples themselves.
     ///
     /// [`Method::Lm`]: ikiru_solve::Method::Lm
     pub fn plan(&mut self, workspace: &mut MotionWorkspace) -> PlannedScenario {
-        let PlannedMotion { clip, report } = self.plan_frames(workspace);
+        let PlannedMotion { clip, report } = self.plan_samples(workspace);
         let timeline = self.motion.timeline();
         if !self.motion.has_free_duration() || clip.times() == timeline.times() || report.invalid.is_some() {
             return PlannedScenario { clip, report, clock: Vec::new() };

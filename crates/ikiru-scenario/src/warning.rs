@@ -17,7 +17,7 @@ pub enum Warning {
         /// Whether the joint slides.
         is_slider: bool,
     },
-    /// A target that is wanted from the first frame on, which is given and has the joint elsewhere.
+    /// A target that is wanted from the first sample on, which is given and has the joint elsewhere.
     AwayAtStart {
         /// Position of the objective, from 1.
         objective: usize,
@@ -83,8 +83,8 @@ impl std::fmt::Display for Warning {
             }
             Self::AwayAtStart { objective, kind, joint, distance } => write!(
                 f,
-                "objective {objective} ({kind}) holds from the first frame on, where the start has '{joint}' {distance:.3} m \
-                 from its target: the motion has one frame to get there. Let it begin later, or start where it is met"
+                "objective {objective} ({kind}) holds from 0 s on, where the start has '{joint}' {distance:.3} m \
+                 from its target: the motion has one sample to get there. Let it begin later, or start where it is met"
             ),
             Self::OutOfHand { objective, kind, joint } => {
                 write!(

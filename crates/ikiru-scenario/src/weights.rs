@@ -24,9 +24,9 @@ const HELPS: f64 = 0.5;
 const LOOK_ITERATIONS: usize = 24;
 
 impl MotionScenario {
-    /// Plans from standing still, at the timeline's frames. Weights that the scenario does not give begin at their default
+    /// Plans from standing still, at the timeline's samples. Weights that the scenario does not give begin at their default
     /// each time, so that planning again gives the same.
-    pub(crate) fn plan_frames(&mut self, workspace: &mut MotionWorkspace) -> PlannedMotion {
+    pub(crate) fn plan_samples(&mut self, workspace: &mut MotionWorkspace) -> PlannedMotion {
         let open = self.open_terms();
         open.iter().for_each(|term| self.set_weight(*term, DEFAULT_WEIGHT));
         let options = *self.solver.options();
@@ -107,14 +107,14 @@ impl MotionScenario {
         }
     }
 
-    /// A clip's frames at the timeline's times again, where a free duration gave them others.
+    /// A clip's samples at the timeline's times again, where a free duration gave them others.
     fn on_timeline(&self, clip: &Clip) -> Clip {
         Clip::new(clip.name(), self.motion.timeline().times(), clip.poses().to_vec())
             .unwrap_or_else(|_| clip.clone())
     }
 }
 
-/// The squared residuals of a term, over all its frames, as its loss counts them.
+/// The squared residuals of a term, over all its samples, as its loss counts them.
 fn missed(planned: &PlannedMotion, term: usize) -> f64 {
     let report = &planned.report.terms[term];
     report.cost / report.weight

@@ -483,7 +483,7 @@ fn a_path_that_begins_where_the_start_is_not_is_said_so() {
     };
     let jumps = run(folder.path(), "plan", &from("0"), &["--json"]);
     let said = jumps.json()["warnings"][0].as_str().unwrap().to_owned();
-    assert!(said.contains("holds from the first frame on") && said.contains("'hand_l' 0.274 m"), "{said}");
+    assert!(said.contains("holds from 0 s on") && said.contains("'hand_l' 0.274 m"), "{said}");
     for text in [from("0.5"), format!("{}fixed_start = false\n", from("0"))] {
         let calm = run(folder.path(), "plan", &text, &["--json"]);
         assert_eq!((calm.code, calm.stderr.as_str()), (0, ""));

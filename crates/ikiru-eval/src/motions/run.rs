@@ -79,7 +79,7 @@ pub fn run(source: &Source, settings: &Settings, mut done: impl FnMut()) -> Resu
     Ok(outcomes)
 }
 
-/// The frames of the timeline, whenever they come: a judge looks at those.
+/// The samples of the timeline, whenever they come: a judge looks at those.
 fn plan_once(motion: &MotionScenario, workspace: &mut MotionWorkspace) -> Result<Clip, Invalid> {
     let planned = motion.solver.plan(&motion.motion, &motion.still(), workspace);
     planned.report.invalid.map_or(Ok(planned.clip), Err)
