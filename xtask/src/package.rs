@@ -17,10 +17,11 @@ const MAX_PACKAGE_BYTES: u64 = 10 * 1024 * 1024;
 /// Packages all publishable crates and checks that each one builds from what its package holds.
 pub(crate) fn run(root: &Path) -> Result<()> {
     let metadata = cargo::metadata(root)?;
-    package_into(root, &metadata, &metadata.target_directory.join("xtask-package"))
+    package_into(root, &metadata, &metadata.target_directory)
 }
 
-fn package_into(root: &Path, metadata: &Metadata, target: &Path) -> Result<()> {
+fn package_into(root: &Path, metadata: &Metadata, shared_target: &Path) -> Result<()> {
+    let target = &shared_target.join("xtask-package");
     let (publishable, kept): (Vec<&Package>, Vec<&Package>) =
         metadata.packages.iter().partition(|package| package.is_publishable());
 
@@ -46,11 +47,21 @@ fn package_into(root: &Path, metadata: &Metadata, target: &Path) -> Result<()> {
         ensure!(n_bytes <= MAX_PACKAGE_BYTES, "{}: {n_bytes} bytes, expected at most 10 MiB", file.display());
         unpack(&file, &unpacked)?;
     }
-    fs::write(unpacked.join("Cargo.toml"), workspace_manifest(&publishable))?;
+    let profiles = profiles(root)?;
+    fs::write(unpacked.join("Cargo.toml"), workspace_manifest(&publishable, &profiles))?;
     fs::copy(root.join("Cargo.lock"), unpacked.join("Cargo.lock")).context("Cargo.lock cannot be copied")?;
     let mut command = cargo::command(&unpacked);
-    command.args(["check", "--workspace", "--offline", "--target-dir"]).arg(target.join("check"));
+    // In the workspace's own folder: what others made has been checked there already.
+    command.args(["check", "--workspace", "--offline", "--target-dir"]).arg(shared_target);
     cargo::finish(&mut command)
+}
+
+/// The workspace's own profiles: with others, all dependencies would be checked again.
+fn profiles(root: &Path) -> Result<String> {
+    let text = fs::read_to_string(root.join("Cargo.toml")).context("Cargo.toml cannot be read")?;
+    let manifest: toml::Table = text.parse().context("Cargo.toml")?;
+    let profiles = manifest.into_iter().filter(|(key, _)| key == "profile").collect::<toml::Table>();
+    Ok(profiles.to_string())
 }
 
 /// Unpacks a `.crate` file: it holds one folder, `name-version`.
@@ -63,9 +74,9 @@ fn unpack(file: &Path, into: &Path) -> Result<()> {
 }
 
 /// A workspace of the unpacked packages, each one standing in for its published self.
-fn workspace_manifest(packages: &[&Package]) -> String {
+fn workspace_manifest(packages: &[&Package], profiles: &str) -> String {
     let mut manifest =
-        String::from("[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n[patch.crates-io]\n");
+        format!("[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n{profiles}\n[patch.crates-io]\n");
     for Package { name, version, .. } in packages {
         // Writing to a String cannot fail.
         let _ = writeln!(manifest, "{name} = {{ path = \"{name}-{version}\" }}");
@@ -84,7 +95,7 @@ mod tests {
     fn workspace(lower: &str, upper: &str) -> Tree {
         let head = |name: &str| {
             format!(
-                "[package]\nname = \"xtask-{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\nlicense = \"MIT\"\ndescription = \"A\"\n"
+                "[package]\nname = \"xtask-{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\nlicense = \"MIT\"\ndescription = \"A\"\nreadme = \"../../README.md\"\n"
             )
         };
         let below = "[dependencies]\nxtask-lower = { path = \"../lower\", version = \"0.1.0\" }\n";
@@ -93,7 +104,12 @@ mod tests {
             ("Cargo.toml", "[workspace]\nresolver = \"3\"\nmembers = [\"crates/*\"]\n"),
             ("Cargo.lock", "version = 4\n"),
             ("README.md", "text"),
-            ("crates/upper/README.md", "text"),
+            ("LICENSE-MIT", "MIT"),
+            ("LICENSE-APACHE", "Apache"),
+            ("crates/lower/LICENSE-MIT", "MIT"),
+            ("crates/lower/LICENSE-APACHE", "Apache"),
+            ("crates/upper/LICENSE-MIT", "MIT"),
+            ("crates/upper/LICENSE-APACHE", "Apache"),
             ("crates/lower/Cargo.toml", &head("lower")),
             ("crates/lower/src/lib.rs", lower),
             ("crates/upper/Cargo.toml", &(head("upper") + below + kit)),
