@@ -109,6 +109,10 @@ pub(crate) struct Package {
     /// The registries that it may go to: `None` is all, an empty list is none.
     pub publish: Option<Vec<String>>,
     pub targets: Vec<Target>,
+    /// An SPDX expression.
+    pub license: Option<String>,
+    /// The least compiler, as it says itself.
+    pub rust_version: Option<String>,
 }
 
 /// A library, binary, example or test of a package.
@@ -129,6 +133,11 @@ impl Package {
 /// The workspace's packages.
 pub(crate) fn metadata(root: &Path) -> Result<Metadata> {
     metadata_with(root, &["--no-deps"])
+}
+
+/// The workspace's packages and all that any feature of theirs depends on, on any platform, in the locked versions.
+pub(crate) fn whole_metadata(root: &Path) -> Result<Metadata> {
+    metadata_with(root, &["--all-features", "--locked"])
 }
 
 fn metadata_with(root: &Path, args: &[&str]) -> Result<Metadata> {

@@ -14,6 +14,9 @@ use crate::cargo::{self, Metadata, Package};
 /// What crates.io accepts.
 const MAX_PACKAGE_BYTES: u64 = 10 * 1024 * 1024;
 
+/// What lies in the project's root and in every package, word for word.
+const PAPERS: [&str; 3] = ["LICENSE-MIT", "LICENSE-APACHE", "README.md"];
+
 /// Packages all publishable crates and checks that each one builds from what its package holds.
 pub(crate) fn run(root: &Path) -> Result<()> {
     let metadata = cargo::metadata(root)?;
@@ -46,6 +49,7 @@ fn package_into(root: &Path, metadata: &Metadata, shared_target: &Path) -> Resul
         let n_bytes = fs::metadata(&file).with_context(|| file.display().to_string())?.len();
         ensure!(n_bytes <= MAX_PACKAGE_BYTES, "{}: {n_bytes} bytes, expected at most 10 MiB", file.display());
         unpack(&file, &unpacked)?;
+        has_its_papers(&unpacked.join(format!("{}-{}", package.name, package.version)), root)?;
     }
     let profiles = profiles(root)?;
     fs::write(unpacked.join("Cargo.toml"), workspace_manifest(&publishable, &profiles))?;
@@ -54,6 +58,17 @@ fn package_into(root: &Path, metadata: &Metadata, shared_target: &Path) -> Resul
     // In the workspace's own folder: what others made has been checked there already.
     command.args(["check", "--workspace", "--offline", "--target-dir"]).arg(shared_target);
     cargo::finish(&mut command)
+}
+
+/// Every package brings the licences' texts and a readme: whoever unpacks it has nothing else.
+fn has_its_papers(package: &Path, root: &Path) -> Result<()> {
+    for name in PAPERS {
+        let (here, there) = (root.join(name), package.join(name));
+        let ours = fs::read(&here).with_context(|| here.display().to_string())?;
+        let packed = fs::read(&there).with_context(|| format!("{} is not packed", there.display()))?;
+        ensure!(ours == packed, "{}: another text than {}", there.display(), here.display());
+    }
+    Ok(())
 }
 
 /// The workspace's own profiles: with others, all dependencies would be checked again.
@@ -132,6 +147,16 @@ mod tests {
         assert!(package(&tree).is_err(), "the function that is gone was still found");
         fs::write(tree.root().join(LIB), "pub fn b() { xtask_lower::c() }").unwrap();
         package(&tree).unwrap();
+    }
+
+    #[test]
+    fn package_without_a_licence_is_refused() {
+        let tree = workspace("", "");
+        let licence = tree.root().join("crates/upper/LICENSE-MIT");
+        fs::write(&licence, "another").unwrap();
+        assert!(package(&tree).unwrap_err().to_string().contains("another text than"));
+        fs::remove_file(licence).unwrap();
+        assert!(package(&tree).unwrap_err().to_string().contains("LICENSE-MIT is not packed"));
     }
 
     #[test]

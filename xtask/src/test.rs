@@ -7,17 +7,18 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 
 use crate::cargo::{self, Target};
-use crate::{ipopt, package, tidy};
+use crate::{deny, ipopt, package, tidy};
 
 /// A step: its name and what it does in the project's root.
 type Step = (&'static str, fn(&Path) -> Result<()>);
 
 /// The cheap ones first, so that a slip shows within seconds. What is compiled is compiled once: all tests and examples
 /// in one go with every feature, and checks of other features share what they have in common with the lints.
-const STEPS: [Step; 10] = [
+const STEPS: [Step; 11] = [
     ("components", cargo::require_components),
     ("format", |root| cargo::run(root, &["fmt", "--all", "--check"])),
     ("tidy", tidy::run),
+    ("dependencies", deny::run),
     ("libraries", ipopt::provide),
     ("clippy", clippy),
     ("tests", |root| {
