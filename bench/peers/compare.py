@@ -83,7 +83,7 @@ class Ikiru:
     def __init__(self, path: Path) -> None:
         found = shutil.which(path)
         if found is None:
-            raise Unavailable(f"no command at {path}: `cargo build --release -p ikiru-cli`, or --ikiru PATH")
+            raise Unavailable(f"no command at {path}: `cargo build --release -p ikiru-cli --features bench`, or --ikiru PATH")
         self.command = found
         self.version = self.call("--version").strip().removeprefix("ikiru ")
 

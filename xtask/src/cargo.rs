@@ -1,5 +1,6 @@
 //! Calls to cargo: run a command, ask for the workspace's metadata.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -38,17 +39,51 @@ pub(crate) fn finish(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
+/// Runs a build and gives the programs that it made (or found made), by name.
+pub(crate) fn executables(command: &mut Command) -> Result<BTreeMap<String, PathBuf>> {
+    #[derive(Deserialize)]
+    struct Message {
+        target: Option<MadeTarget>,
+        executable: Option<PathBuf>,
+    }
+    #[derive(Deserialize)]
+    struct MadeTarget {
+        name: String,
+    }
+    let output = command
+        .arg("--message-format=json-render-diagnostics")
+        .stderr(Stdio::inherit())
+        .output()
+        .context("cargo could not be started")?;
+    if !output.status.success() {
+        bail!("`{command:?}` failed ({})", output.status);
+    }
+    let mut executables = BTreeMap::new();
+    for line in output.stdout.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
+        let message: Message = serde_json::from_slice(line).context("a message of cargo cannot be read")?;
+        if let Message { target: Some(target), executable: Some(program) } = message {
+            executables.insert(target.name, program);
+        }
+    }
+    Ok(executables)
+}
+
+/// Whether a command of cargo's is installed.
+pub(crate) fn has(folder: &Path, subcommand: &str) -> Result<bool> {
+    let status = command(folder)
+        .args([subcommand, "--version"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .context("cargo could not be started")?;
+    Ok(status.success())
+}
+
 /// Fails with the command that installs what is missing, if a component of the toolchain is.
 pub(crate) fn require_components(folder: &Path) -> Result<()> {
     let mut missing = Vec::new();
     for (subcommand, component) in [("fmt", "rustfmt"), ("clippy", "clippy")] {
-        let status = command(folder)
-            .args([subcommand, "--version"])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status()
-            .context("cargo could not be started")?;
-        if !status.success() {
+        if !has(folder, subcommand)? {
             missing.push(component);
         }
     }
@@ -66,7 +101,7 @@ pub(crate) struct Metadata {
     pub target_directory: PathBuf,
 }
 
-/// A package of the workspace.
+/// A package of the workspace, or one that it depends on.
 #[derive(Deserialize)]
 pub(crate) struct Package {
     pub name: String,
@@ -74,6 +109,10 @@ pub(crate) struct Package {
     /// The registries that it may go to: `None` is all, an empty list is none.
     pub publish: Option<Vec<String>>,
     pub targets: Vec<Target>,
+    /// An SPDX expression.
+    pub license: Option<String>,
+    /// The least compiler, as it says itself.
+    pub rust_version: Option<String>,
 }
 
 /// A library, binary, example or test of a package.
@@ -81,8 +120,6 @@ pub(crate) struct Package {
 pub(crate) struct Target {
     pub name: String,
     pub kind: Vec<String>,
-    #[serde(default, rename = "required-features")]
-    pub required_features: Vec<String>,
     pub src_path: PathBuf,
 }
 
@@ -95,8 +132,18 @@ impl Package {
 
 /// The workspace's packages.
 pub(crate) fn metadata(root: &Path) -> Result<Metadata> {
+    metadata_with(root, &["--no-deps"])
+}
+
+/// The workspace's packages and all that any feature of theirs depends on, on any platform, in the locked versions.
+pub(crate) fn whole_metadata(root: &Path) -> Result<Metadata> {
+    metadata_with(root, &["--all-features", "--locked"])
+}
+
+fn metadata_with(root: &Path, args: &[&str]) -> Result<Metadata> {
     let output = command(root)
-        .args(["metadata", "--format-version", "1", "--no-deps"])
+        .args(["metadata", "--format-version", "1"])
+        .args(args)
         .stderr(Stdio::inherit())
         .output()
         .context("cargo could not be started")?;

@@ -5,8 +5,6 @@ use std::process::{Command, Stdio};
 
 use anyhow::Result;
 
-use crate::cargo;
-
 /// What holds the library and what finds it, on Debian.
 const PACKAGES: [&str; 2] = ["coinor-libipopt-dev", "pkg-config"];
 
@@ -60,28 +58,17 @@ fn left_out(why: &str) -> String {
     format!("LEFT OUT: the tests of the method ipopt, since pkg-config finds no library `ipopt`: {why}")
 }
 
-/// The lints of the whole workspace, which do not link.
-pub(crate) fn clippy(root: &Path) -> Result<()> {
-    let mut command = cargo::command(root);
-    command.args(["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"]);
+/// What is built and tested in one go: every feature, or without the library every one that does not link it.
+pub(crate) fn features() -> &'static [&'static str] {
+    if is_there() { &["--all-features"] } else { &["--features", "ikiru-cli/bench,ikiru-cli/plot"] }
+}
+
+/// Every feature for a command that looks at types alone (lints, documentation): that takes no library.
+pub(crate) fn check_all(command: &mut Command) -> &mut Command {
     if !is_there() {
         command.env(CHECK_ONLY, "1");
     }
-    cargo::finish(&mut command)
-}
-
-/// The tests that need the library: its wrapper's, the method's, and those that run every method.
-pub(crate) fn test(root: &Path) -> Result<()> {
-    if !is_there() {
-        println!("{}", left_out("see the step before the lints"));
-        return Ok(());
-    }
-    let mut args = vec!["test", "-p", "ikiru-ipopt", "-p", "ikiru-solve", "-p", "ikiru-scenario", "--lib"];
-    for test in ["minimise", "option_file", "all"] {
-        args.extend(["--test", test]);
-    }
-    args.extend(["--features", "ikiru-ipopt/link,ikiru-solve/ipopt,ikiru-scenario/ipopt"]);
-    cargo::run(root, &args)
+    command.arg("--all-features")
 }
 
 fn is_there() -> bool {

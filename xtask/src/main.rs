@@ -6,6 +6,7 @@
 )]
 
 mod cargo;
+mod deny;
 mod fuzz;
 mod ipopt;
 mod package;
@@ -24,7 +25,8 @@ Usage: cargo xtask <COMMAND>
 
 Commands:
   test   everything that must pass before a change is done, in order, stopping at the first failure
-  tidy   the project's own rules: file heads and sizes, code map, dependency order, reasons, words
+  tidy   the project's own rules: file heads and sizes, code map, dependency order, reasons,
+         names of types, licences, words
   fuzz   [TARGET] [--secs N] [--runs N]: cargo-fuzz on one reader, or on all in turn, 60 s each by default
 ";
 

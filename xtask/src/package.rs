@@ -14,13 +14,17 @@ use crate::cargo::{self, Metadata, Package};
 /// What crates.io accepts.
 const MAX_PACKAGE_BYTES: u64 = 10 * 1024 * 1024;
 
+/// What lies in the project's root and in every package, word for word.
+const PAPERS: [&str; 3] = ["LICENSE-MIT", "LICENSE-APACHE", "README.md"];
+
 /// Packages all publishable crates and checks that each one builds from what its package holds.
 pub(crate) fn run(root: &Path) -> Result<()> {
     let metadata = cargo::metadata(root)?;
-    package_into(root, &metadata, &metadata.target_directory.join("xtask-package"))
+    package_into(root, &metadata, &metadata.target_directory)
 }
 
-fn package_into(root: &Path, metadata: &Metadata, target: &Path) -> Result<()> {
+fn package_into(root: &Path, metadata: &Metadata, shared_target: &Path) -> Result<()> {
+    let target = &shared_target.join("xtask-package");
     let (publishable, kept): (Vec<&Package>, Vec<&Package>) =
         metadata.packages.iter().partition(|package| package.is_publishable());
 
@@ -45,12 +49,34 @@ fn package_into(root: &Path, metadata: &Metadata, target: &Path) -> Result<()> {
         let n_bytes = fs::metadata(&file).with_context(|| file.display().to_string())?.len();
         ensure!(n_bytes <= MAX_PACKAGE_BYTES, "{}: {n_bytes} bytes, expected at most 10 MiB", file.display());
         unpack(&file, &unpacked)?;
+        has_its_papers(&unpacked.join(format!("{}-{}", package.name, package.version)), root)?;
     }
-    fs::write(unpacked.join("Cargo.toml"), workspace_manifest(&publishable))?;
+    let profiles = profiles(root)?;
+    fs::write(unpacked.join("Cargo.toml"), workspace_manifest(&publishable, &profiles))?;
     fs::copy(root.join("Cargo.lock"), unpacked.join("Cargo.lock")).context("Cargo.lock cannot be copied")?;
     let mut command = cargo::command(&unpacked);
-    command.args(["check", "--workspace", "--offline", "--target-dir"]).arg(target.join("check"));
+    // In the workspace's own folder: what others made has been checked there already.
+    command.args(["check", "--workspace", "--offline", "--target-dir"]).arg(shared_target);
     cargo::finish(&mut command)
+}
+
+/// Every package brings the licences' texts and a readme: whoever unpacks it has nothing else.
+fn has_its_papers(package: &Path, root: &Path) -> Result<()> {
+    for name in PAPERS {
+        let (here, there) = (root.join(name), package.join(name));
+        let ours = fs::read(&here).with_context(|| here.display().to_string())?;
+        let packed = fs::read(&there).with_context(|| format!("{} is not packed", there.display()))?;
+        ensure!(ours == packed, "{}: another text than {}", there.display(), here.display());
+    }
+    Ok(())
+}
+
+/// The workspace's own profiles: with others, all dependencies would be checked again.
+fn profiles(root: &Path) -> Result<String> {
+    let text = fs::read_to_string(root.join("Cargo.toml")).context("Cargo.toml cannot be read")?;
+    let manifest: toml::Table = text.parse().context("Cargo.toml")?;
+    let profiles = manifest.into_iter().filter(|(key, _)| key == "profile").collect::<toml::Table>();
+    Ok(profiles.to_string())
 }
 
 /// Unpacks a `.crate` file: it holds one folder, `name-version`.
@@ -63,9 +89,9 @@ fn unpack(file: &Path, into: &Path) -> Result<()> {
 }
 
 /// A workspace of the unpacked packages, each one standing in for its published self.
-fn workspace_manifest(packages: &[&Package]) -> String {
+fn workspace_manifest(packages: &[&Package], profiles: &str) -> String {
     let mut manifest =
-        String::from("[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n[patch.crates-io]\n");
+        format!("[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n{profiles}\n[patch.crates-io]\n");
     for Package { name, version, .. } in packages {
         // Writing to a String cannot fail.
         let _ = writeln!(manifest, "{name} = {{ path = \"{name}-{version}\" }}");
@@ -84,7 +110,7 @@ mod tests {
     fn workspace(lower: &str, upper: &str) -> Tree {
         let head = |name: &str| {
             format!(
-                "[package]\nname = \"xtask-{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\nlicense = \"MIT\"\ndescription = \"A\"\n"
+                "[package]\nname = \"xtask-{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\nlicense = \"MIT\"\ndescription = \"A\"\nreadme = \"../../README.md\"\n"
             )
         };
         let below = "[dependencies]\nxtask-lower = { path = \"../lower\", version = \"0.1.0\" }\n";
@@ -93,7 +119,12 @@ mod tests {
             ("Cargo.toml", "[workspace]\nresolver = \"3\"\nmembers = [\"crates/*\"]\n"),
             ("Cargo.lock", "version = 4\n"),
             ("README.md", "text"),
-            ("crates/upper/README.md", "text"),
+            ("LICENSE-MIT", "MIT"),
+            ("LICENSE-APACHE", "Apache"),
+            ("crates/lower/LICENSE-MIT", "MIT"),
+            ("crates/lower/LICENSE-APACHE", "Apache"),
+            ("crates/upper/LICENSE-MIT", "MIT"),
+            ("crates/upper/LICENSE-APACHE", "Apache"),
             ("crates/lower/Cargo.toml", &head("lower")),
             ("crates/lower/src/lib.rs", lower),
             ("crates/upper/Cargo.toml", &(head("upper") + below + kit)),
@@ -116,6 +147,16 @@ mod tests {
         assert!(package(&tree).is_err(), "the function that is gone was still found");
         fs::write(tree.root().join(LIB), "pub fn b() { xtask_lower::c() }").unwrap();
         package(&tree).unwrap();
+    }
+
+    #[test]
+    fn package_without_a_licence_is_refused() {
+        let tree = workspace("", "");
+        let licence = tree.root().join("crates/upper/LICENSE-MIT");
+        fs::write(&licence, "another").unwrap();
+        assert!(package(&tree).unwrap_err().to_string().contains("another text than"));
+        fs::remove_file(licence).unwrap();
+        assert!(package(&tree).unwrap_err().to_string().contains("LICENSE-MIT is not packed"));
     }
 
     #[test]

@@ -1,30 +1,32 @@
 //! `cargo xtask test`: everything that must pass, in order, each step named and timed.
 
 use std::path::Path;
+use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 
 use crate::cargo::{self, Target};
-use crate::{ipopt, package, tidy};
+use crate::{deny, ipopt, package, tidy};
 
 /// A step: its name and what it does in the project's root.
 type Step = (&'static str, fn(&Path) -> Result<()>);
 
-/// The cheap ones first, so that a slip shows within seconds.
-const STEPS: [Step; 10] = [
+/// The cheap ones first, so that a slip shows within seconds. What is compiled is compiled once: all tests and examples
+/// in one go with every feature, and checks of other features share what they have in common with the lints.
+const STEPS: [Step; 11] = [
     ("components", cargo::require_components),
     ("format", |root| cargo::run(root, &["fmt", "--all", "--check"])),
-    ("libraries", ipopt::provide),
-    ("clippy", ipopt::clippy),
     ("tidy", tidy::run),
-    ("tests", |root| cargo::run(root, &["test", "--workspace"])),
-    ("ipopt", ipopt::test),
-    ("examples", examples),
-    ("docs", |root| {
-        let mut command = cargo::command(root);
-        cargo::finish(command.args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+    ("dependencies", deny::run),
+    ("libraries", ipopt::provide),
+    ("clippy", clippy),
+    ("tests", |root| {
+        cargo::finish(cargo::command(root).args(["test", "--workspace"]).args(ipopt::features()))
     }),
+    ("examples", examples),
+    ("left out", left_out),
+    ("docs", docs),
     ("package", package::run),
 ];
 
@@ -50,20 +52,39 @@ fn run_steps(root: &Path, steps: &[Step]) -> Result<()> {
     Ok(())
 }
 
-/// Builds and runs every example, as a user would.
+fn clippy(root: &Path) -> Result<()> {
+    let mut command = cargo::command(root);
+    command.args(["clippy", "--workspace", "--all-targets"]);
+    cargo::finish(ipopt::check_all(&mut command).args(["--", "-D", "warnings"]))
+}
+
+fn docs(root: &Path) -> Result<()> {
+    let mut command = cargo::command(root);
+    command.args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
+    cargo::finish(ipopt::check_all(&mut command))
+}
+
+/// What the command says of features that a build does not have: the tests before this step have them all. Little runs
+/// and most is compiled for it alone, so that nothing is optimised.
+fn left_out(root: &Path) -> Result<()> {
+    let mut command = cargo::command(root);
+    command.args(["test", "-p", "ikiru-cli", "--test", "all", "--", "left_out"]);
+    cargo::finish(command.env("CARGO_PROFILE_TEST_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_OPT_LEVEL", "0"))
+}
+
+/// Runs every example. The step before has built them together with the tests.
 fn examples(root: &Path) -> Result<()> {
     let metadata = cargo::metadata(root)?;
     let facade = metadata.packages.iter().find(|package| package.name == "ikiru");
     let targets = &facade.context("the workspace has no crate `ikiru`")?.targets;
     let examples: Vec<&Target> = targets.iter().filter(|target| target.kind == ["example"]).collect();
     every_file_is_registered(&root.join("examples"), &examples)?;
-    for example in &examples {
-        let mut command = cargo::command(root);
-        command.args(["run", "--release", "-p", "ikiru", "--example", &example.name]);
-        if !example.required_features.is_empty() {
-            command.arg("--features").arg(example.required_features.join(","));
-        }
-        cargo::finish(&mut command)?;
+    let mut command = cargo::command(root);
+    command.args(["build", "--workspace", "--examples"]).args(ipopt::features());
+    let built = cargo::executables(&mut command)?;
+    for Target { name, .. } in &examples {
+        let program = built.get(name).with_context(|| format!("cargo built no example `{name}`"))?;
+        cargo::finish(Command::new(program).current_dir(root))?;
     }
     println!("{} examples ran", examples.len());
     Ok(())
@@ -109,7 +130,6 @@ mod tests {
         let example = Target {
             name: "01_reach".into(),
             kind: vec!["example".into()],
-            required_features: Vec::new(),
             src_path: "crates/ikiru/../../examples/01_reach.rs".into(),
         };
         assert!(every_file_is_registered(folder.path(), &[&example]).is_ok());

@@ -2,8 +2,10 @@
 
 mod architecture;
 mod dependencies;
+mod foreign;
 mod project;
 mod rust_files;
+mod type_names;
 mod words;
 
 use std::fmt;
@@ -65,7 +67,14 @@ pub(crate) fn run(root: &Path) -> Result<()> {
 
 /// Every finding of every rule, by file and line.
 fn check(project: &Project) -> Result<Vec<Finding>> {
-    let rules = [rust_files::check, architecture::check, dependencies::check, words::check];
+    let rules = [
+        rust_files::check,
+        architecture::check,
+        dependencies::check,
+        foreign::check,
+        type_names::check,
+        words::check,
+    ];
     let mut findings = Vec::new();
     for rule in rules {
         findings.extend(rule(project)?);

@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod failure;
+mod features;
 mod input;
 mod json;
 mod numbers;
@@ -14,7 +15,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Args, BenchCommand, Command};
+use args::{Args, Command};
 
 fn main() -> ExitCode {
     let args = match Args::try_parse() {
@@ -35,9 +36,10 @@ fn main() -> ExitCode {
         Command::Solve(solve) => commands::solve::run(&solve),
         Command::Plan(plan) => commands::plan::run(&plan),
         Command::Convert(convert) => commands::convert::run(&convert),
-        Command::Bench(BenchCommand::Paper(paper)) => commands::bench::paper(&paper),
-        Command::Bench(BenchCommand::Robots(robots)) => commands::bench::robots(&robots),
-        Command::Bench(BenchCommand::Motions(motions)) => commands::bench::motions(&motions),
+        #[cfg(feature = "bench")]
+        Command::Bench(bench) => commands::bench::run(&bench),
+        #[cfg(not(feature = "bench"))]
+        Command::Bench(_) => Err(features::left_out("ikiru bench", "bench")),
     };
     match done {
         Ok(outcome) => outcome.exit_code(),

@@ -3,9 +3,13 @@
 //!
 //! What the command `ikiru bench` does, as a library: sample or read targets, solve them with every method, and
 //! make tables, rows for programs and figures of what came out. One thread; the clock runs around the solve alone.
+//!
+//! Features, both on by default: `sample` makes new target sets (k-means), `plot` draws figures.
 
+#[cfg(feature = "plot")]
 mod chart;
 mod error;
+#[cfg(feature = "plot")]
 mod motion_figure;
 mod statistics;
 mod table;
@@ -15,5 +19,6 @@ pub mod paper;
 pub mod robots;
 
 pub use error::Error;
+#[cfg(feature = "plot")]
 pub use motion_figure::write_motion_figure;
 pub use statistics::Summary;

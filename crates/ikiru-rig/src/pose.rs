@@ -375,6 +375,7 @@ fn unit_quaternion(q: DQuat) -> Option<DQuat> {
 
 /// The rotation vector of a unit quaternion, of length at most π.
 #[must_use]
+#[inline]
 pub fn rotation_vector(q: DQuat) -> DVec3 {
     let q = if q.w < 0.0 { -q } else { q };
     let v = q.xyz();

@@ -1,10 +1,10 @@
 //! A full body: every joint of the built-in human a ball, the root free, eight objectives. One iteration,
+//! and one warm frame of a moving target.
 #![allow(
     missing_docs,
     clippy::expect_used,
     reason = "a bench: its macros make undocumented items, and a bench that cannot start ends"
 )]
-//! and one warm frame of a moving target.
 
 use std::time::{Duration, Instant};
 

@@ -21,7 +21,7 @@ const ORDER: [&str; 8] = [
 const STRANGERS: [(&str, &str); 1] = [("ikiru-formats", "ikiru-solve")];
 
 /// For tests alone.
-const TESTKIT: &str = "ikiru-testkit";
+pub(super) const TESTKIT: &str = "ikiru-testkit";
 
 pub(super) fn check(project: &Project) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
-use ikiru_eval::motions::{self, Source, Way};
+use ikiru_eval::motions::{self, MotionSource, Way};
 use ikiru_eval::paper::{self, CONTENDERS, Contender, Row, TargetSet, Task};
 use ikiru_eval::robots::{self, Arm};
 use ikiru_scenario::Scenario;
@@ -12,9 +12,9 @@ use ikiru_solve::Method;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::args::{MotionsArgs, PaperArgs, RobotsArgs, has_ending};
+use crate::args::{BenchCommand, MotionsArgs, PaperArgs, RobotsArgs, has_ending};
 use crate::failure::{Failure, Outcome};
-use crate::output;
+use crate::{features, output};
 
 /// What is measured together: a task on a set of targets.
 struct Part {
@@ -28,7 +28,15 @@ struct Part {
     is_beside: bool,
 }
 
-pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
+pub(crate) fn run(command: &BenchCommand) -> Result<Outcome, Failure> {
+    match command {
+        BenchCommand::Paper(args) => paper(args),
+        BenchCommand::Robots(args) => robots(args),
+        BenchCommand::Motions(args) => motions(args),
+    }
+}
+
+fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
     let contenders = contenders(&args.methods)?;
     let settings = paper::Settings { restarts: args.restarts, runs: args.runs, warmup: args.warmup };
     if let Some(folder) = &args.out {
@@ -69,12 +77,26 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
                 let name = format!("targets_{}.json", part.task.name());
                 output::write(&folder.join(name), part.set.to_json().as_bytes())?;
             }
-            let Part { task, scenario, set, contenders, .. } = part;
-            paper::write_figures(*task, scenario, set, contenders, rows, folder).map_err(Failure::write)?;
+            write_figures(part, rows, folder)?;
+        }
+        if !cfg!(feature = "plot") {
+            output::note(format!("no figures were drawn. {}", features::how_to_build("plot")));
         }
         output::print(&format!("wrote {}\n", output::printable(&folder.display().to_string())))?;
     }
     Ok(Outcome::Reached)
+}
+
+#[cfg(feature = "plot")]
+fn write_figures(part: &mut Part, rows: &[Row], folder: &Path) -> Result<(), Failure> {
+    let Part { task, scenario, set, contenders, .. } = part;
+    paper::write_figures(*task, scenario, set, contenders, rows, folder).map_err(Failure::write)?;
+    Ok(())
+}
+
+#[cfg(not(feature = "plot"))]
+fn write_figures(_: &mut Part, _: &[Row], _: &Path) -> Result<(), Failure> {
+    Ok(())
 }
 
 fn contenders(names: &[String]) -> Result<Vec<Contender>, Failure> {
@@ -122,7 +144,7 @@ fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<Part>, Failur
     Ok(parts)
 }
 
-pub(crate) fn robots(args: &RobotsArgs) -> Result<Outcome, Failure> {
+fn robots(args: &RobotsArgs) -> Result<Outcome, Failure> {
     let arms = arms(args)?;
     let method = Method::from_name(&args.method).ok_or_else(|| {
         let known: Vec<&str> = Method::ALL.iter().map(Method::name).collect();
@@ -160,11 +182,12 @@ fn arms(args: &RobotsArgs) -> Result<Vec<Arm>, Failure> {
     args.robots.iter().map(|name| Arm::from_name(name.trim()).map_err(Failure::input)).collect()
 }
 
-pub(crate) fn motions(args: &MotionsArgs) -> Result<Outcome, Failure> {
+fn motions(args: &MotionsArgs) -> Result<Outcome, Failure> {
     let sources = if args.scenarios.is_empty() {
-        Source::all()
+        MotionSource::all()
     } else {
-        let found: Result<_, _> = args.scenarios.iter().map(|scenario| Source::find(scenario)).collect();
+        let found: Result<_, _> =
+            args.scenarios.iter().map(|scenario| MotionSource::find(scenario)).collect();
         found.map_err(Failure::input)?
     };
     let settings = motions::Settings { runs: args.runs };

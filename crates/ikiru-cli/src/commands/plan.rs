@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use ikiru_eval::write_motion_figure;
 use ikiru_formats::{motion_csv, motion_json, write_clip};
 use ikiru_rig::{Clip, Part, Rate, RateExcess, RateLimit, Rig};
 use ikiru_scenario::{MotionScenario, PlannedScenario};
@@ -14,7 +13,7 @@ use crate::commands::solve::invalid_input;
 use crate::failure::{Failure, Outcome};
 use crate::input::read_scenario;
 use crate::numbers::{self, short};
-use crate::{json, output, report, warnings};
+use crate::{features, json, output, report, warnings};
 
 /// What is said of an objective besides its figures.
 struct Label {
@@ -24,6 +23,9 @@ struct Label {
 }
 
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
+    if args.plot.is_some() {
+        features::require_plot("--plot")?;
+    }
     let scenario = read_scenario(&args.scenario)?;
     let mut labels: Vec<Label> = (0..scenario.objectives.len())
         .map(|idx| Label {
@@ -68,9 +70,10 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         output::write(&out.path, &bytes)?;
         written.push(&out.path);
     }
+    #[cfg(feature = "plot")]
     if let Some(path) = &args.plot {
         let effector = motion.objectives.iter().find_map(|o| o.joint);
-        write_motion_figure(clip, &motion.active, effector, path).map_err(Failure::write)?;
+        ikiru_eval::write_motion_figure(clip, &motion.active, effector, path).map_err(Failure::write)?;
         written.push(path);
     }
     for path in written {

@@ -1,8 +1,11 @@
 //! All tests of the crate in one program, which links once.
 
+#[cfg(feature = "bench")]
+mod bench;
 mod command;
 mod common;
 mod defects_front;
+mod features;
 mod plan;
 mod round_trips;
 mod suite;

@@ -1,6 +1,6 @@
 //! Motions: what planning a whole motion at once gains over solving its keys one by one, and what limits on speed cost.
 //!
-//! A [`Source`] is a scenario with `[motion]`, [`run`] gets its motion in every [`Way`], and a [`Report`] shows
+//! A [`MotionSource`] is a scenario with `[motion]`, [`run`] gets its motion in every [`Way`], and a [`Report`] shows
 //! the measured [`Row`]s.
 
 mod judge;
@@ -15,5 +15,5 @@ pub use judge::Unmet;
 pub use report::Report;
 pub use row::Row;
 pub use run::{Outcome, Settings, run};
-pub use source::Source;
+pub use source::MotionSource;
 pub use way::Way;

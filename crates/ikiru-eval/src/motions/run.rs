@@ -8,7 +8,7 @@ use ikiru_solve::{Invalid, MotionWorkspace};
 
 use super::judge::Judge;
 use super::row::Row;
-use super::source::Source;
+use super::source::MotionSource;
 use super::straight::Straight;
 use super::way::{Own, Way, limits};
 use crate::error::Error;
@@ -45,7 +45,11 @@ pub struct Outcome {
 ///
 /// # Errors
 /// A scenario that is not as expected, has no `[motion]`, or cannot be planned by its method.
-pub fn run(source: &Source, settings: &Settings, mut done: impl FnMut()) -> Result<Vec<Outcome>, Error> {
+pub fn run(
+    source: &MotionSource,
+    settings: &Settings,
+    mut done: impl FnMut(),
+) -> Result<Vec<Outcome>, Error> {
     let scenario = source.scenario()?;
     let mut motion = source.motion()?;
     let Some(asked) = scenario.motion.clone() else { return Err(Error::Task("it has no [motion]")) };
@@ -105,7 +109,7 @@ fn timed(
     }
 }
 
-fn refused(source: &Source, way: Way, objectives: &[ScenarioObjective], invalid: Invalid) -> Error {
+fn refused(source: &MotionSource, way: Way, objectives: &[ScenarioObjective], invalid: Invalid) -> Error {
     let reason = match invalid {
         Invalid::Term(term, what) => {
             let kind = objectives.get(term).map_or("", |o| o.kind);

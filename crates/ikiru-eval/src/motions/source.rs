@@ -8,7 +8,7 @@ use crate::error::Error;
 
 /// A scenario with `[motion]`, as text: it is read several times over.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Source {
+pub struct MotionSource {
     /// A short name: a file's without folder and ending.
     pub name: String,
     /// The scenario.
@@ -25,7 +25,7 @@ const BUILTINS: [(&str, &str); 3] = [
     ("panda_arc", include_str!("../../scenarios/panda_arc.toml")),
 ];
 
-impl Source {
+impl MotionSource {
     /// The scenarios that ship: `reach_palm_down`, `three_points` and `panda_arc`.
     #[must_use]
     pub fn all() -> Vec<Self> {
@@ -102,10 +102,10 @@ mod tests {
 
     #[test]
     fn a_name_is_found_and_another_is_answered_with_those_that_exist() {
-        assert_eq!(Source::find(Path::new("three_points")).unwrap(), Source::all()[1]);
-        let unknown = Source::find(Path::new("two_points")).unwrap_err().to_string();
+        assert_eq!(MotionSource::find(Path::new("three_points")).unwrap(), MotionSource::all()[1]);
+        let unknown = MotionSource::find(Path::new("two_points")).unwrap_err().to_string();
         assert!(unknown.contains("two_points") && unknown.contains("panda_arc, or the path"), "{unknown}");
-        let missing = Source::find(Path::new("none/two_points.toml")).unwrap_err().to_string();
+        let missing = MotionSource::find(Path::new("none/two_points.toml")).unwrap_err().to_string();
         assert!(missing.contains("none/two_points.toml"), "{missing}");
     }
 }

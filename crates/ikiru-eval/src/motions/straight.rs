@@ -9,7 +9,7 @@ use ikiru_scenario::{MotionSettings, Scenario, ScenarioObjective};
 use ikiru_solve::{Invalid, Method, Solver, SolverOptions, Timeline, When, Workspace};
 use toml::{Table, Value};
 
-use super::source::Source;
+use super::source::MotionSource;
 use crate::error::Error;
 
 /// The keys of a motion, each as a scenario of a single pose.
@@ -35,7 +35,7 @@ impl Straight {
     /// What a scenario with `[motion]` asks for at each of its keys: the objectives of that time, and those over
     /// spans around it.
     pub(super) fn new(
-        source: &Source,
+        source: &MotionSource,
         scenario: &Scenario,
         settings: &MotionSettings,
     ) -> Result<Self, Error> {
@@ -107,7 +107,7 @@ fn key_samples(objectives: &[ScenarioObjective], timeline: &Timeline) -> BTreeSe
 
 /// The scenario of the pose at one sample: what one would write for `ikiru solve`.
 fn at_sample(
-    source: &Source,
+    source: &MotionSource,
     scenario: &Scenario,
     timeline: &Timeline,
     sample: usize,

@@ -12,7 +12,7 @@ pub struct Contender {
     pub name: &'static str,
     method: Method,
     /// Whether it starts again where a start fails. All others have one start, as in the paper.
-    has_restarts: bool,
+    pub(super) has_restarts: bool,
 }
 
 /// Every contender of this build.
@@ -27,11 +27,6 @@ pub const CONTENDERS: &[Contender] = &[
 ];
 
 impl Contender {
-    /// Whether it starts again where a start fails.
-    pub(crate) fn has_restarts(&self) -> bool {
-        self.has_restarts
-    }
-
     /// Whether it plans trajectories too.
     #[must_use]
     pub fn plans(&self) -> bool {

@@ -40,7 +40,7 @@ pub fn write_figures(
     let is_twin = |c: &&Contender| {
         contenders
             .iter()
-            .any(|other| other.name != c.name && other.options(0) == c.options(0) && c.has_restarts())
+            .any(|other| other.name != c.name && other.options(0) == c.options(0) && c.has_restarts)
     };
     let curves =
         contenders.iter().filter(|c| !is_twin(c)).map(|c| (c.name, curve(scenario, set, c))).collect();

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
-use ikiru_eval::motions::{Outcome, Report, Settings, Source, Way, run};
+use ikiru_eval::motions::{MotionSource, Outcome, Report, Settings, Way, run};
 use ikiru_rig::{JointId, Motion, Pose, Range};
 use ikiru_scenario::MotionScenario;
 use ikiru_solve::objectives::{Direction, Position};
@@ -15,7 +15,7 @@ const ONCE: Settings = Settings { runs: 1 };
 
 /// The motions of a scenario that ships, from one start alone: where limits cannot be kept, others cost a minute.
 fn shipped(name: &str) -> (Vec<Outcome>, MotionScenario) {
-    let mut source = Source::find(Path::new(name)).unwrap();
+    let mut source = MotionSource::find(Path::new(name)).unwrap();
     source.text = source.text.replace("max_restarts = 16", "max_restarts = 0");
     (run(&source, &ONCE, || {}).unwrap(), source.motion().unwrap())
 }
@@ -220,7 +220,7 @@ fn a_key_that_is_missed_is_too_far_for_its_limit() {
 
 #[test]
 fn motions_are_the_same_every_time_and_tables_show_them() {
-    let source = Source::find(Path::new("panda_arc")).unwrap();
+    let source = MotionSource::find(Path::new("panda_arc")).unwrap();
     let mut n_done = 0;
     let twice = run(&source, &Settings { runs: 2 }, || n_done += 1).unwrap();
     assert_eq!(n_done, 2 * Way::ALL.len());
@@ -252,7 +252,7 @@ fn moving_targets_and_keys_in_spans_are_seen() {
         joint = \"panda_link8\"\npoint = [0, 0, 0.01]\ntarget = [0.45, 0.5, 0.2]\nmandatory = false\nweight = 0.001\n\
         at = 1.0\n[motion]\nduration_secs = 2\nrate = 20\n";
     let source =
-        Source { name: "path".into(), text: text.into(), file: "path.toml".into(), folder: "".into() };
+        MotionSource { name: "path".into(), text: text.into(), file: "path.toml".into(), folder: "".into() };
     let outcomes = run(&source, &ONCE, || {}).unwrap();
     // Standing still, then straight to the key: at 0.5 s it is far from where the target begins.
     let unmet = of(&outcomes, Way::Straight).row.unmet.clone().unwrap();
@@ -273,7 +273,8 @@ fn moving_targets_and_keys_in_spans_are_seen() {
 #[test]
 fn what_is_no_motion_says_why() {
     let wrong = |text: &str| {
-        let source = Source { name: "m".into(), text: text.into(), file: "m.toml".into(), folder: "".into() };
+        let source =
+            MotionSource { name: "m".into(), text: text.into(), file: "m.toml".into(), folder: "".into() };
         run(&source, &ONCE, || {}).unwrap_err().to_string()
     };
     let reach = "version = 1\nrig = \"builtin:panda\"\n[[objective]]\nkind = \"position\"\njoint = \"panda_link8\"\n\

@@ -191,7 +191,7 @@ fn unknown_names() {
 
 #[test]
 #[cfg(not(feature = "ipopt"))]
-fn a_method_of_another_build() {
+fn a_method_left_out_says_how_to_get_it() {
     let says = ["feature 'ipopt'", "coinor-libipopt-dev", "use 'lm', 'adam', 'ccd' or 'fabrik'"];
     assert_eq!(refused(3, "method = \"ipopt\"", (3, 10), &says), "NotAvailable");
 }

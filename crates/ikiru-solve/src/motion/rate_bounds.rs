@@ -276,7 +276,7 @@ mod tests {
             case.state.evaluate(&case.layout, &case.motion);
             let rig = case.motion.rig().clone();
             let n_samples = case.state.n_samples;
-            let timeline = case.motion.timeline().clone();
+            let timeline = *case.motion.timeline();
             let poses = (0..n_samples).map(|t| {
                 let mut pose = rig.rest_pose();
                 case.state.store(&case.layout, t, &mut pose);
@@ -295,8 +295,8 @@ mod tests {
                 let joint = rig.get(bound.limit.joint).unwrap();
                 // Slopes are clipped to ranges and cones on the curve, which only the exact measuring sees; samples that
                 // are given count for nobody.
-                let is_plain =
-                    joint.motion.cone().is_none() && joint.motion.ranges().iter().all(|r| r.is_unlimited());
+                let is_plain = joint.motion.cone().is_none()
+                    && joint.motion.ranges().iter().all(ikiru_rig::Range::is_unlimited);
                 if !is_plain || case.state.is_given.contains(&true) {
                     continue;
                 }

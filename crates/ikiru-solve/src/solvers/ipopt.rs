@@ -400,7 +400,7 @@ mod tests {
             state: &mut state,
             charts,
             memory: &mut memory,
-            bar: &Bar { cost_below: None, impatient: false },
+            bar: &Bar { cost_below: None, nothing: 0.0, impatient: false },
             budget: &mut Budget::new(&options),
             best: f64::INFINITY,
             at: Vec::new(),
