@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DQuat;
-use ikiru_rig::{Clip, Frame, JointId, Motion, Pose, PoseError, Rig};
+use ikiru_rig::{Clip, Frame, Joint, JointId, Motion, Pose, PoseError, Rig};
 
 use crate::bvh::Layout;
 use crate::collision::CollisionShape;
@@ -114,7 +114,10 @@ impl Loaded {
             }
         }
         let mut builder = self.rig.to_builder();
-        for (idx, joint) in builder.joints_mut().iter_mut().enumerate().filter(|(idx, _)| carries[*idx]) {
+        // Below a scale that differs between the axes, nothing may turn that did not before.
+        let can_turn = |idx: usize| source.bindings.get(idx).is_none_or(|b| b.above.is_uniform());
+        let moving = |(idx, _): &(usize, &mut Joint)| carries[*idx] && can_turn(*idx);
+        for (idx, joint) in builder.joints_mut().iter_mut().enumerate().filter(moving) {
             joint.motion = match joint.motion {
                 Motion::Ball { cone } if needs.translates[idx] => Motion::Free { cone },
                 Motion::Fixed if needs.translates[idx] => Motion::FREE,
