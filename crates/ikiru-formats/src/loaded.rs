@@ -11,7 +11,6 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
 use crate::gltf::animation::Needs;
 use crate::gltf::clips::clips;
-use crate::gltf::read::difference;
 use crate::gltf::source::check_turns;
 use crate::warning::{Warning, Warnings};
 
@@ -145,7 +144,7 @@ impl Loaded {
     /// When the rig has other joints, or other rest transforms; when a joint turns that a glTF file has below a scale
     /// which differs between the axes.
     pub fn with_rig(mut self, rig: Rig) -> Result<Self, Error> {
-        if let Some(difference) = difference(&self.rig, &rig) {
+        if let Some(difference) = self.rig.shape_difference(&rig) {
             let file = self.source().map_or("rig", Source::name).to_owned();
             let kind = ErrorKind::OtherRig { what: "the rig", difference };
             return Err(Error::new(file, Place::File, kind));
