@@ -1,7 +1,7 @@
 //! What can be wrong with a file: its name, the place, what was found and what was expected.
 
 use ikiru_rig::humanoid::TransferError;
-use ikiru_rig::{RigError, UnknownName};
+use ikiru_rig::{RigError, ShapeDifference, UnknownName};
 
 use crate::urdf::UrdfProblem;
 
@@ -310,7 +310,7 @@ pub enum ErrorKind {
         /// Pose, clip or rig.
         what: &'static str,
         /// The first difference.
-        difference: String,
+        difference: ShapeDifference,
     },
     /// A pose with numbers that are not finite, or a quaternion without unit length.
     #[error("{what} has numbers that are not finite or a quaternion not of unit length")]

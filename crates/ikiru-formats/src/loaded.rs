@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DQuat;
-use ikiru_rig::{Clip, Frame, JointId, Motion, Pose, PoseError, Rig};
+use ikiru_rig::{Clip, Frame, Joint, JointId, Motion, Pose, PoseError, Rig};
 
 use crate::bvh::Layout;
 use crate::collision::CollisionShape;
@@ -11,7 +11,6 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
 use crate::gltf::animation::Needs;
 use crate::gltf::clips::clips;
-use crate::gltf::read::difference;
 use crate::gltf::source::check_turns;
 use crate::warning::{Warning, Warnings};
 
@@ -114,7 +113,10 @@ impl Loaded {
             }
         }
         let mut builder = self.rig.to_builder();
-        for (idx, joint) in builder.joints_mut().iter_mut().enumerate().filter(|(idx, _)| carries[*idx]) {
+        // Below a scale that differs between the axes, nothing may turn that did not before.
+        let can_turn = |idx: usize| source.bindings.get(idx).is_none_or(|b| b.above.is_uniform());
+        let moving = |(idx, _): &(usize, &mut Joint)| carries[*idx] && can_turn(*idx);
+        for (idx, joint) in builder.joints_mut().iter_mut().enumerate().filter(moving) {
             joint.motion = match joint.motion {
                 Motion::Ball { cone } if needs.translates[idx] => Motion::Free { cone },
                 Motion::Fixed if needs.translates[idx] => Motion::FREE,
@@ -142,7 +144,7 @@ impl Loaded {
     /// When the rig has other joints, or other rest transforms; when a joint turns that a glTF file has below a scale
     /// which differs between the axes.
     pub fn with_rig(mut self, rig: Rig) -> Result<Self, Error> {
-        if let Some(difference) = difference(&self.rig, &rig) {
+        if let Some(difference) = self.rig.shape_difference(&rig) {
             let file = self.source().map_or("rig", Source::name).to_owned();
             let kind = ErrorKind::OtherRig { what: "the rig", difference };
             return Err(Error::new(file, Place::File, kind));

@@ -42,6 +42,7 @@ mod rig;
 mod rigid;
 mod root;
 mod scalar;
+mod shape;
 mod trig;
 
 pub mod humanoid;
@@ -62,3 +63,4 @@ pub use pose::{Pose, PoseError, difference_joint, project_joint, retract_joint, 
 pub use rig::{ChainError, Rig, RigBuilder, RigError};
 pub use rigid::{RigidError, decompose_affine};
 pub use scalar::Scalar;
+pub use shape::ShapeDifference;

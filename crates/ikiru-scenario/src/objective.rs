@@ -426,8 +426,16 @@ pub(crate) fn joint_list(rig: &Rig, list: &Value<'_>) -> Result<Vec<JointId>, Er
 /// Why a joint has no degrees of freedom of its own.
 fn immobile(rig: &Rig, joint: JointId) -> ErrorKind {
     let name = name_of(rig, joint).to_owned();
-    match rig.get(joint).and_then(|j| j.mimic) {
-        Some(mimic) => ErrorKind::Follower { joint: name, leader: name_of(rig, mimic.leader).to_owned() },
+    if let Some(mimic) = rig.get(joint).and_then(|j| j.mimic) {
+        return ErrorKind::Follower { joint: name, leader: name_of(rig, mimic.leader).to_owned() };
+    }
+    match rig.floating_root().filter(|root| rig.ancestors(*root).any(|above| above == joint)) {
+        Some(root) => {
+            let root = name_of(rig, root);
+            let reason =
+                format!("lies above the free root, '{root}', and stays where it is: expected '{root}'");
+            ErrorKind::Unfit { joint: name, reason }
+        }
         None => ErrorKind::Immobile(name),
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder, Role};
+use ikiru_rig::{Joint, JointId, Motion, RigBuilder, Role};
 
 use crate::error::{Error, ErrorKind, Fault, Place};
 use crate::gltf::buffer;
@@ -233,28 +233,4 @@ fn turn(builder: &mut RigBuilder, bindings: &mut [Binding], turn: HalfTurn) {
         joint.rest_translation = q * joint.rest_translation;
         binding.turn = turn;
     }
-}
-
-/// Whether two rigs have the same joints in the same places: what one of them is written with serves the
-/// other. The first difference otherwise.
-pub(crate) fn difference(of_file: &Rig, other: &Rig) -> Option<String> {
-    if of_file.n_joints() != other.n_joints() {
-        return Some(format!("it has {} joints, the file {}", other.n_joints(), of_file.n_joints()));
-    }
-    if of_file.is_same(other) {
-        return None;
-    }
-    of_file.joints().iter().zip(other.joints()).enumerate().find_map(|(idx, (ours, theirs))| {
-        if ours.name != theirs.name {
-            Some(format!("joint {idx} is '{}', in the file '{}'", theirs.name, ours.name))
-        } else if ours.parent != theirs.parent {
-            Some(format!("joint '{}' has another parent than in the file", ours.name))
-        } else if ours.rest_rotation != theirs.rest_rotation
-            || ours.rest_translation != theirs.rest_translation
-        {
-            Some(format!("joint '{}' has another rest transform than in the file", ours.name))
-        } else {
-            None
-        }
-    })
 }

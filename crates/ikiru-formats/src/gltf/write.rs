@@ -9,7 +9,6 @@ use crate::gltf::buffer::Buffer;
 use crate::gltf::container::{self, Container};
 use crate::gltf::document::Node;
 use crate::gltf::patch::{Members, list, numbers, string};
-use crate::gltf::read::difference;
 use crate::gltf::source::{Binding, Source, check_turns};
 use crate::gltf::transform::parts;
 use crate::gltf::uri::{self, Target};
@@ -48,7 +47,7 @@ pub(crate) fn source(loaded: &Loaded) -> Result<&Source, Error> {
 
 /// Whether a pose is one of the file's joints, has finite numbers, and turns what the file can turn.
 pub(crate) fn check_pose(loaded: &Loaded, pose: &Pose, what: &'static str) -> Result<(), Fault> {
-    if let Some(difference) = difference(&loaded.rig, pose.rig()) {
+    if let Some(difference) = loaded.rig.shape_difference(pose.rig()) {
         return Err(ErrorKind::OtherRig { what, difference }.into());
     }
     if !pose.is_valid() {

@@ -202,7 +202,7 @@ fn what_does_not_fit_the_file_is_refused() {
     builder.joints_mut()[1].name = "elbow".to_owned();
     assert_eq!(
         error(builder),
-        "leg.glb: the pose does not fit the file: joint 1 is 'elbow', in the file 'knee'"
+        "leg.glb: the pose does not fit the file: joint 1 is 'elbow', expected 'knee'"
     );
     let mut builder = loaded.rig.to_builder();
     builder.add(Joint::new("toe", None));

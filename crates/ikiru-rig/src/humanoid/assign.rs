@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use crate::humanoid::Role;
 use crate::humanoid::facing;
+use crate::humanoid::structure;
 use crate::humanoid::table::{Pick, Table, table};
 use crate::humanoid::tree::Tree;
 use crate::joint::{Joint, JointId};
@@ -48,6 +49,18 @@ pub enum RoleProblem {
         /// The joint that has it.
         other_joint: String,
     },
+    /// Legs and trunk hang side by side, so that the joint which is called the hips carries no legs, or none is called
+    /// so: what carries both is the hips.
+    #[error(
+        "'{joint}' is the hips, since it carries the legs and the trunk{but}",
+        but = .named.as_ref().map_or_else(String::new, |named| format!("; '{named}' carries no legs and is the trunk's first joint"))
+    )]
+    HipsByStructure {
+        /// The joint that is the hips.
+        joint: String,
+        /// The joint that is called so.
+        named: Option<String>,
+    },
     /// The joints that are called left lie on the character's right: left and right were exchanged, so that
     /// every role is where the body has it.
     #[error(
@@ -80,7 +93,8 @@ const FEWEST: usize = 6;
 /// Names are compared without case, separators and namespace, those of the table's schemes one scheme at a
 /// time; the one that explains the most joints wins, the earlier one of two that explain as many. A joint
 /// also counts under the other names that it answers to. A joint that does not hang below the joint of the
-/// role above its own loses its role. Left and right are checked by position at rest: a character whose front
+/// role above its own loses its role. Where legs and trunk hang side by side, what carries both is the hips,
+/// whatever it is called. Left and right are checked by position at rest: a character whose front
 /// (both feet, else the eyes, else the jaw) tells that its left side lies on the right is mirrored, and left
 /// and right change places; without a front the names are believed.
 #[must_use]
@@ -107,7 +121,8 @@ pub(super) fn of_joints(joints: &[Joint]) -> Assignment {
         if required(&found) < FEWEST {
             continue;
         }
-        let problems = check_order(tree, &mut found);
+        let mut problems = Vec::from_iter(structure::hips(tree, &mut found));
+        problems.extend(check_order(tree, &mut found));
         let count = found.iter().flatten().count();
         if required(&found) >= FEWEST && best.as_ref().is_none_or(|(most, ..)| count > *most) {
             best = Some((count, scheme.name, found, problems));

@@ -31,6 +31,7 @@
 mod apply;
 mod assign;
 mod facing;
+mod structure;
 mod t_pose;
 mod table;
 mod transfer;

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
 use glam::DVec3;
-use ikiru_rig::humanoid::{Assignment, RoleMapError, assign};
-use ikiru_rig::{Joint, JointId, Rig, RigBuilder, Role};
+use ikiru_rig::humanoid::{Assignment, RoleMapError, RoleProblem, assign};
+use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder, Role};
 
 /// A rig from `name parent x y z` a line, `-` for no parent; the offset may be left out.
 fn rig(text: &str) -> Rig {
@@ -306,4 +306,81 @@ fn a_user_may_say_which_joint_is_what() {
     assert_eq!(error.to_string(), "joint 'Hips' cannot be both leftHand and head");
     assert!(matches!(error, RoleMapError::Twice { .. }));
     assert_eq!(builder.build().unwrap().role(Role::LeftHand), rig.role(Role::LeftHand), "nothing changed");
+}
+
+/// Legs and trunk side by side under one joint, in the shape of a popular pack.
+const SIDE_BY_SIDE: &str = "
+    Root - 0 0 0
+    Body Root 0 0.8 0
+    Hips Body 0 0.05 0
+    Abdomen Hips 0 0.1 0
+    Torso Abdomen 0 0.1 0
+    Neck Torso 0 0.3 0
+    Head Neck 0 0.1 0
+    Shoulder.SIDE Torso SIGN0.1 0.25 0
+    UpperArm.SIDE Shoulder.SIDE SIGN0.1 0 0
+    LowerArm.SIDE UpperArm.SIDE SIGN0.25 0 0
+    Hand.SIDE LowerArm.SIDE SIGN0.25 0 0
+    UpperLeg.SIDE Body SIGN0.1 -0.05 0
+    LowerLeg.SIDE UpperLeg.SIDE 0 -0.35 0
+    Foot.SIDE LowerLeg.SIDE 0 -0.35 0";
+
+fn side_by_side(change: impl Fn(String) -> String) -> Rig {
+    let mut lines = String::new();
+    for line in change(SIDE_BY_SIDE.to_owned()).lines() {
+        let of = |side: &str, sign: &str| line.replace("SIDE", side).replace("SIGN", sign) + "\n";
+        lines += &of("L", "");
+        if line.contains("SIDE") {
+            lines += &of("R", "-");
+        }
+    }
+    rig(&lines)
+}
+
+#[test]
+fn what_carries_legs_and_trunk_side_by_side_is_the_hips() {
+    let skeleton = side_by_side(|text| text);
+    let assignment = assign(&skeleton);
+    let problem = RoleProblem::HipsByStructure { joint: "Body".into(), named: Some("Hips".into()) };
+    assert_eq!(assignment.problems, std::slice::from_ref(&problem));
+    let text = problem.to_string();
+    assert!(text.contains("'Body' is the hips") && text.contains("'Hips' carries no legs"), "{text}");
+    assert_eq!(assignment.missing(), []);
+    for (role, name) in [(Role::Hips, "Body"), (Role::Spine, "Abdomen"), (Role::LeftUpperLeg, "UpperLeg.L")] {
+        assert_eq!(named(&skeleton, &assignment, role), Some(name));
+    }
+    // It is what floats, and takes legs and trunk along.
+    let mut builder = skeleton.to_builder();
+    for joint in builder.joints_mut() {
+        joint.motion = Motion::BALL;
+    }
+    builder.assign_roles();
+    let root = builder.free_root().unwrap();
+    assert_eq!(builder.joints()[root.index()].name, "Body");
+
+    // The joint that is called the hips is the spine where nothing else is.
+    let short = side_by_side(|text| {
+        let text = text.replace("Abdomen Hips", "Middle Hips").replace("Torso Abdomen", "Trunk Middle");
+        text.replace(" Torso ", " Trunk ")
+    });
+    let assignment = assign(&short);
+    assert_eq!(named(&short, &assignment, Role::Spine), Some("Hips"));
+    assert_eq!(named(&short, &assignment, Role::Hips), Some("Body"));
+    // Without a joint of that name at all.
+    let unnamed = side_by_side(|text| text.replace("Hips", "Belly"));
+    let assignment = assign(&unnamed);
+    let problem = RoleProblem::HipsByStructure { joint: "Body".into(), named: None };
+    assert_eq!(assignment.problems, [problem]);
+    assert_eq!(assignment.missing(), []);
+}
+
+#[test]
+fn what_carries_legs_and_trunk_from_the_ground_is_no_hips() {
+    // The node of the scene carries everything too, but stands where the feet are.
+    let loose = side_by_side(|text| {
+        text.replace("UpperLeg.SIDE Body SIGN0.1 -0.05 0", "UpperLeg.SIDE Root SIGN0.1 0.75 0")
+    });
+    let assignment = assign(&loose);
+    assert_eq!(named(&loose, &assignment, Role::Hips), None);
+    assert!(matches!(&assignment.problems[..], [RoleProblem::Order { role: Role::Hips, .. }]));
 }

@@ -97,12 +97,18 @@ fn a_motion_file_whose_root_only_turns_floats_all_the_same() {
 }
 
 #[test]
-fn limits_above_the_root_that_floats_are_refused() {
+fn joints_above_the_root_that_floats_are_refused() {
     let text = reach("builtin:human", "leftHand", [0.3, 1.2, 0.4])
         + "[limits.Root]\naxis = [0, 1, 0]\nswing_deg = [10, 10]\n";
     let error = Scenario::parse(&text, "test.toml", "").unwrap_err();
     let text = whole(&error);
     for words in ["test.toml:8:9", "'Root'", "above the free root, 'pelvis'", "no limits"] {
+        assert!(text.contains(words), "{text}");
+    }
+    let text = reach("builtin:human", "leftHand", [0.3, 1.2, 0.4])
+        .replace("root =", "active = [\"Root\", \"leftHand\"]\nroot =");
+    let text = whole(&Scenario::parse(&text, "test.toml", "").unwrap_err());
+    for words in ["test.toml:3:11", "'Root' lies above the free root", "expected 'pelvis'"] {
         assert!(text.contains(words), "{text}");
     }
 }
