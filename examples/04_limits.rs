@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout, reason = "an example talks by printing")]
 
 use ikiru::{
-    Cone, DVec3, EulerOrder, Motion, Position, Problem, Range, Search, Solver, SolverOptions, formats,
+    Cone, DVec3, EulerOrder, JointMotion, Position, Problem, Range, Search, Solver, SolverOptions, formats,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -16,10 +16,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut builder = free.to_builder();
     let swing = [100_f64.to_radians(), 90_f64.to_radians()];
     let cone = Cone::new(DVec3::X, swing, Range::degrees(-60.0, 60.0))?;
-    builder.set_motion(upper_arm, Motion::Ball { cone: Some(cone) });
+    builder.set_motion(upper_arm, JointMotion::Ball { cone: Some(cone) });
     // This elbow bends forward about -y; it turns the forearm about x and bends nowhere else.
     let ranges = [Range::degrees(-80.0, 80.0), Range::degrees(-145.0, 0.0), Range::degrees(0.0, 0.0)];
-    builder.set_motion(elbow, Motion::Euler { order: EulerOrder::Zyx, ranges });
+    builder.set_motion(elbow, JointMotion::Euler { order: EulerOrder::Zyx, ranges });
     let limited = builder.build()?;
 
     let search = Search::Global { max_restarts: 32 };

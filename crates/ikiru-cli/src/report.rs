@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
 use glam::DVec3;
-use ikiru_rig::{JointId, Motion, Pose, Rig, Role};
+use ikiru_rig::{JointId, JointMotion, Pose, Rig, Role};
 use ikiru_scenario::{Scenario, TermHandle};
 use ikiru_solve::objectives::{Apart, Gaze};
 use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, Report, SolverOptions, StopReason, TermReport};
@@ -205,7 +205,7 @@ fn limit_text(limit: &ActiveLimit, pose: &Pose) -> String {
         LimitKind::Value => {
             let value = pose.value(limit.joint).unwrap_or_default();
             match rig.get(limit.joint).map(|j| j.motion) {
-                Some(Motion::Slider { .. }) => format!("{name} offset {} m", numbers::length(value)),
+                Some(JointMotion::Slider { .. }) => format!("{name} offset {} m", numbers::length(value)),
                 _ => format!("{name} angle {}", numbers::angle(value)),
             }
         }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
-use ikiru_rig::{JointId, Motion, Pose};
+use ikiru_rig::{JointId, JointMotion, Pose};
 use ikiru_solve::objectives::PoseTarget;
 use ikiru_solve::{Method, Problem, Search, Solver, SolverOptions, TermId};
 use rand::{Rng, SeedableRng};
@@ -262,7 +262,7 @@ impl<'a> Bench<'a> {
 fn range(pose: &Pose, joint: JointId) -> Option<(f64, f64)> {
     let motion = &pose.rig().get(joint)?.motion;
     let [range] = motion.ranges() else { return None };
-    let reach = if let Motion::Slider { .. } = motion { 0.5 } else { PI };
+    let reach = if let JointMotion::Slider { .. } = motion { 0.5 } else { PI };
     let min = if range.min.is_finite() { range.min } else { range.max.min(reach) - 2.0 * reach };
     let max = if range.max.is_finite() { range.max } else { min + 2.0 * reach };
     Some((min, max))

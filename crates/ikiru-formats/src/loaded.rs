@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DQuat;
-use ikiru_rig::{Clip, Frame, Joint, JointId, Motion, Pose, PoseError, Rig};
+use ikiru_rig::{Clip, Frame, Joint, JointId, JointMotion, Pose, PoseError, Rig};
 
 use crate::bvh::Layout;
 use crate::collision::CollisionShape;
@@ -96,8 +96,8 @@ impl Loaded {
     ///
     /// The joints of a glTF rig turn where a skin uses them, and do not translate. Animations do translate some,
     /// most often the hips or a root above them: that is the way of a walk. Here each of these joints, and
-    /// each that carries them, is [free](Motion::Free) where an animation translates it, and a
-    /// [ball](Motion::Ball) where one turns it. Rest transforms stay as they are, and so does what BVH and URDF say
+    /// each that carries them, is [free](JointMotion::Free) where an animation translates it, and a
+    /// [ball](JointMotion::Ball) where one turns it. Rest transforms stay as they are, and so does what BVH and URDF say
     /// of their joints.
     ///
     /// # Errors
@@ -118,9 +118,9 @@ impl Loaded {
         let moving = |(idx, _): &(usize, &mut Joint)| carries[*idx] && can_turn(*idx);
         for (idx, joint) in builder.joints_mut().iter_mut().enumerate().filter(moving) {
             joint.motion = match joint.motion {
-                Motion::Ball { cone } if needs.translates[idx] => Motion::Free { cone },
-                Motion::Fixed if needs.translates[idx] => Motion::FREE,
-                Motion::Fixed if needs.turns[idx] => Motion::BALL,
+                JointMotion::Ball { cone } if needs.translates[idx] => JointMotion::Free { cone },
+                JointMotion::Fixed if needs.translates[idx] => JointMotion::FREE,
+                JointMotion::Fixed if needs.turns[idx] => JointMotion::BALL,
                 motion => motion,
             };
         }
@@ -189,7 +189,7 @@ fn moved(clip: &Clip, rig: &Rig) -> Result<Clip, String> {
 /// A floating root that has to do what joints above it did in another rig, and those joints.
 fn carried_away(before: &Rig, rig: &Rig) -> Option<(JointId, Vec<JointId>)> {
     let root = rig.floating_root()?;
-    let moves = |rig: &Rig, id: JointId| rig.get(id).is_some_and(|joint| joint.motion != Motion::Fixed);
+    let moves = |rig: &Rig, id: JointId| rig.get(id).is_some_and(|joint| joint.motion != JointMotion::Fixed);
     let above: Vec<JointId> =
         rig.ancestors(root).skip(1).filter(|id| moves(before, *id) && !moves(rig, *id)).collect();
     (!above.is_empty()).then_some((root, above))
@@ -204,11 +204,17 @@ fn place(pose: &mut Pose, joint: JointId, frame: &Frame<f64>) -> Result<(), Pose
 }
 
 /// Lets one joint move as in another rig's pose; `None` if it cannot.
-fn take_motion(pose: &mut Pose, from: &Pose, id: JointId, to: &Motion, before: Option<&Pose>) -> Option<()> {
+fn take_motion(
+    pose: &mut Pose,
+    from: &Pose,
+    id: JointId,
+    to: &JointMotion,
+    before: Option<&Pose>,
+) -> Option<()> {
     let old = from.rig().get(id)?.motion;
     match (old, to) {
-        (Motion::Hinge { axis: a, .. }, Motion::Hinge { axis: b, .. })
-        | (Motion::Slider { axis: a, .. }, Motion::Slider { axis: b, .. })
+        (JointMotion::Hinge { axis: a, .. }, JointMotion::Hinge { axis: b, .. })
+        | (JointMotion::Slider { axis: a, .. }, JointMotion::Slider { axis: b, .. })
             if a == *b =>
         {
             // A follower has no value of its own to set.
@@ -217,24 +223,24 @@ fn take_motion(pose: &mut Pose, from: &Pose, id: JointId, to: &Motion, before: O
                 Some(_) => Some(()),
             };
         }
-        (Motion::Euler { order: a, .. }, Motion::Euler { order: b, .. }) if a == *b => {
+        (JointMotion::Euler { order: a, .. }, JointMotion::Euler { order: b, .. }) if a == *b => {
             return pose.set_euler(id, from.euler(id)?).ok();
         }
         _ => {}
     }
     let (rotation, translation) = (from.rotation(id), from.translation(id));
     match to {
-        Motion::Free { .. } => pose.set_translation(id, translation).ok()?,
+        JointMotion::Free { .. } => pose.set_translation(id, translation).ok()?,
         _ if translation.length() > 1e-9 => return None,
         _ => {}
     }
     match to {
-        Motion::Ball { .. } | Motion::Free { .. } => pose.set_rotation(id, rotation).ok(),
-        Motion::Euler { order, .. } => {
+        JointMotion::Ball { .. } | JointMotion::Free { .. } => pose.set_rotation(id, rotation).ok(),
+        JointMotion::Euler { order, .. } => {
             let previous = before.and_then(|b| b.euler(id)).unwrap_or_default();
             pose.set_euler(id, order.angles_near(rotation, previous)).ok()
         }
-        Motion::Fixed | Motion::Hinge { .. } | Motion::Slider { .. } => {
+        JointMotion::Fixed | JointMotion::Hinge { .. } | JointMotion::Slider { .. } => {
             (rotation.w.abs() > 1.0 - 1e-12).then_some(())
         }
     }

@@ -117,7 +117,7 @@ impl EulerOrder {
 
 /// How a joint moves on top of its rest transform, with the limits of that motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Motion {
+pub enum JointMotion {
     /// It does not move.
     #[default]
     Fixed,
@@ -154,7 +154,7 @@ pub enum Motion {
     },
 }
 
-impl Motion {
+impl JointMotion {
     /// A ball joint without limits.
     pub const BALL: Self = Self::Ball { cone: None };
     /// A floating root without limits.
@@ -246,7 +246,7 @@ pub struct Joint {
     /// Translation of `parent_from_joint` at rest, metres.
     pub rest_translation: DVec3,
     /// How it moves.
-    pub motion: Motion,
+    pub motion: JointMotion,
     /// The joint that it follows.
     pub mimic: Option<Mimic>,
     /// The humanoid bone that it is.
@@ -263,7 +263,7 @@ impl Joint {
             parent,
             rest_rotation: DQuat::IDENTITY,
             rest_translation: DVec3::ZERO,
-            motion: Motion::Fixed,
+            motion: JointMotion::Fixed,
             mimic: None,
             role: None,
         }

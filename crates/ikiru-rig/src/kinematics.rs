@@ -3,39 +3,39 @@
 use glam::DVec3;
 
 use crate::frame::{Frame, Rotation, Vec3};
-use crate::joint::{JointId, Motion};
+use crate::joint::{JointId, JointMotion};
 use crate::pose::Pose;
 use crate::rig::{ROOT, Rig};
 use crate::scalar::Scalar;
 
 /// Moves a frame by a joint's motion: `frame := frame · motion(coords)`.
 ///
-/// `coords` holds the joint's coordinates ([`Motion::n_coords`]). With `DIRECTIONS`, `directions` takes, for
+/// `coords` holds the joint's coordinates ([`JointMotion::n_coords`]). With `DIRECTIONS`, `directions` takes, for
 /// each degree of freedom, the world axis that the joint turns about (through the resulting origin) or
-/// moves along ([`Motion::n_dofs`]); without, it is left alone and may be empty.
+/// moves along ([`JointMotion::n_dofs`]); without, it is left alone and may be empty.
 #[inline(always)]
 pub fn apply_motion<S: Scalar, const DIRECTIONS: bool>(
-    motion: &Motion,
+    motion: &JointMotion,
     coords: &[S],
     frame: &mut Frame<S>,
     directions: &mut [Vec3<S>],
 ) {
     match motion {
-        Motion::Fixed => {}
-        Motion::Hinge { axis, .. } => {
+        JointMotion::Fixed => {}
+        JointMotion::Hinge { axis, .. } => {
             if DIRECTIONS {
                 directions[0] = frame.rotation.apply_constant(*axis);
             }
             frame.rotation = frame.rotation.compose(&Rotation::about(*axis, coords[0]));
         }
-        Motion::Slider { axis, .. } => {
+        JointMotion::Slider { axis, .. } => {
             let direction = frame.rotation.apply_constant(*axis);
             if DIRECTIONS {
                 directions[0] = direction;
             }
             frame.origin += direction * coords[0];
         }
-        Motion::Euler { order, .. } => {
+        JointMotion::Euler { order, .. } => {
             let (sin, cos) = S::sin_cos3([coords[0], coords[1], coords[2]]);
             let rotation = &mut frame.rotation;
             for axis in order.axes() {
@@ -58,8 +58,8 @@ pub fn apply_motion<S: Scalar, const DIRECTIONS: bool>(
                 }
             }
         }
-        Motion::Ball { .. } => turn_ball::<S, DIRECTIONS>(coords, frame, directions),
-        Motion::Free { .. } => {
+        JointMotion::Ball { .. } => turn_ball::<S, DIRECTIONS>(coords, frame, directions),
+        JointMotion::Free { .. } => {
             let r = frame.rotation;
             if DIRECTIONS {
                 directions[..3].copy_from_slice(&[r.x, r.y, r.z]);

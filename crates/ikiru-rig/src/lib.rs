@@ -7,16 +7,16 @@
 //! This crate knows no file and no solver.
 //!
 //! ```
-//! use ikiru_rig::{Joint, Motion, Range, RigBuilder};
+//! use ikiru_rig::{Joint, JointMotion, Range, RigBuilder};
 //! use glam::DVec3;
 //!
 //! let mut builder = RigBuilder::new();
 //! let mut shoulder = Joint::new("shoulder", None);
-//! shoulder.motion = Motion::BALL;
+//! shoulder.motion = JointMotion::BALL;
 //! let shoulder = builder.add(shoulder);
 //! let mut elbow = Joint::new("elbow", Some(shoulder));
 //! elbow.rest_translation = DVec3::new(0.3, 0.0, 0.0);
-//! elbow.motion = Motion::Hinge { axis: DVec3::Y, range: Range::degrees(-150.0, 0.0) };
+//! elbow.motion = JointMotion::Hinge { axis: DVec3::Y, range: Range::degrees(-150.0, 0.0) };
 //! let elbow = builder.add(elbow);
 //! let mut hand = Joint::new("hand", Some(elbow));
 //! hand.rest_translation = DVec3::new(0.25, 0.0, 0.0);
@@ -50,13 +50,13 @@ pub mod kinematics;
 pub mod maths;
 
 pub use clip::{
-    Clip, ClipError, ClipMeasure, LimitMargin, Margin, Part, Peak, Rate, RateExcess, RateLimit,
+    Clip, ClipError, ClipMeasure, LimitMargin, Margin, Peak, Rate, RateExcess, RateLimit, RatePart,
     RateSummaries, RateSummary, Rates, Retimed,
 };
 pub use dual::Dual;
 pub use frame::{Frame, Rotation, Vec3};
 pub use humanoid::Role;
-pub use joint::{EulerOrder, Joint, JointId, Mimic, Motion};
+pub use joint::{EulerOrder, Joint, JointId, JointMotion, Mimic};
 pub use limit::{Cone, ConeError, ConeNormal, Range, TangentBox};
 pub use name::{UnknownName, unknown as unknown_name};
 pub use pose::{Pose, PoseError, difference_joint, project_joint, retract_joint, rotation_vector};

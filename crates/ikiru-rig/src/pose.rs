@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::joint::{JointId, Motion};
+use crate::joint::{JointId, JointMotion};
 use crate::limit::Cone;
 use crate::maths;
 use crate::rig::Rig;
@@ -76,7 +76,7 @@ impl Pose {
         let mut coords = vec![0.0; rig.n_coords()];
         for joint in rig.ids() {
             // The last coordinate of a ball or free joint is the w of its quaternion.
-            if let (Motion::Ball { .. } | Motion::Free { .. }, Some(w)) =
+            if let (JointMotion::Ball { .. } | JointMotion::Free { .. }, Some(w)) =
                 (&rig.joints()[joint.index()].motion, rig.coords_of(joint).last())
             {
                 coords[w] = 1.0;
@@ -155,7 +155,7 @@ impl Pose {
     /// Where the quaternion of a ball or free joint starts.
     fn quaternion_slot(&self, joint: JointId) -> Option<usize> {
         match self.rig.get(joint)?.motion {
-            Motion::Ball { .. } | Motion::Free { .. } => Some(self.rig.coords_of(joint).end - 4),
+            JointMotion::Ball { .. } | JointMotion::Free { .. } => Some(self.rig.coords_of(joint).end - 4),
             _ => None,
         }
     }
@@ -188,7 +188,7 @@ impl Pose {
     /// The angles (x, y, z) of an Euler joint, radians.
     #[must_use]
     pub fn euler(&self, joint: JointId) -> Option<[f64; 3]> {
-        let Motion::Euler { .. } = self.rig.get(joint)?.motion else { return None };
+        let JointMotion::Euler { .. } = self.rig.get(joint)?.motion else { return None };
         self.coords[self.rig.coords_of(joint)].try_into().ok()
     }
 
@@ -198,7 +198,7 @@ impl Pose {
     /// When the joint is not Euler or an angle is not finite.
     pub fn set_euler(&mut self, joint: JointId, angles: [f64; 3]) -> Result<(), PoseError> {
         let data = self.data(joint)?;
-        let Motion::Euler { .. } = data.motion else { return Err(self.no(joint, "Euler angles")) };
+        let JointMotion::Euler { .. } = data.motion else { return Err(self.no(joint, "Euler angles")) };
         if angles.iter().any(|a| !a.is_finite()) {
             return Err(PoseError::Value(data.name.clone()));
         }
@@ -212,13 +212,13 @@ impl Pose {
     pub fn rotation(&self, joint: JointId) -> DQuat {
         let Some(data) = self.rig.get(joint) else { return DQuat::IDENTITY };
         match data.motion {
-            Motion::Hinge { axis, .. } => maths::turn_about(axis, self.value(joint).unwrap_or(0.0)),
-            Motion::Euler { order, .. } => order.quaternion(self.euler(joint).unwrap_or_default()),
-            Motion::Ball { .. } | Motion::Free { .. } => {
+            JointMotion::Hinge { axis, .. } => maths::turn_about(axis, self.value(joint).unwrap_or(0.0)),
+            JointMotion::Euler { order, .. } => order.quaternion(self.euler(joint).unwrap_or_default()),
+            JointMotion::Ball { .. } | JointMotion::Free { .. } => {
                 let at = self.rig.coords_of(joint).end - 4;
                 DQuat::from_slice(&self.coords[at..at + 4])
             }
-            Motion::Fixed | Motion::Slider { .. } => DQuat::IDENTITY,
+            JointMotion::Fixed | JointMotion::Slider { .. } => DQuat::IDENTITY,
         }
     }
 
@@ -230,7 +230,7 @@ impl Pose {
     pub fn set_rotation(&mut self, joint: JointId, rotation: DQuat) -> Result<(), PoseError> {
         let data = self.data(joint)?;
         let unit = unit_quaternion(rotation).ok_or_else(|| PoseError::Value(data.name.clone()))?;
-        if let Motion::Euler { order, .. } = data.motion {
+        if let JointMotion::Euler { order, .. } = data.motion {
             return self.set_euler(joint, order.angles(unit));
         }
         let at = self.quaternion_slot(joint).ok_or_else(|| self.no(joint, "rotation"))?;
@@ -243,8 +243,8 @@ impl Pose {
     pub fn translation(&self, joint: JointId) -> DVec3 {
         let Some(data) = self.rig.get(joint) else { return DVec3::ZERO };
         match data.motion {
-            Motion::Free { .. } => DVec3::from_slice(&self.coords[self.rig.coords_of(joint)]),
-            Motion::Slider { axis, .. } => axis * self.value(joint).unwrap_or(0.0),
+            JointMotion::Free { .. } => DVec3::from_slice(&self.coords[self.rig.coords_of(joint)]),
+            JointMotion::Slider { axis, .. } => axis * self.value(joint).unwrap_or(0.0),
             _ => DVec3::ZERO,
         }
     }
@@ -255,7 +255,7 @@ impl Pose {
     /// When the joint is not free or the value is not finite.
     pub fn set_translation(&mut self, joint: JointId, translation: DVec3) -> Result<(), PoseError> {
         let data = self.data(joint)?;
-        let Motion::Free { .. } = data.motion else { return Err(self.no(joint, "translation")) };
+        let JointMotion::Free { .. } = data.motion else { return Err(self.no(joint, "translation")) };
         if !translation.is_finite() {
             return Err(PoseError::Value(data.name.clone()));
         }
@@ -385,17 +385,17 @@ pub fn rotation_vector(q: DQuat) -> DVec3 {
 
 /// Moves one joint's coordinates along its tangent.
 #[inline(always)]
-pub fn retract_joint(motion: &Motion, coords: &mut [f64], tangent: &[f64]) {
+pub fn retract_joint(motion: &JointMotion, coords: &mut [f64], tangent: &[f64]) {
     match motion {
-        Motion::Fixed => {}
-        Motion::Hinge { .. } | Motion::Slider { .. } => coords[0] += tangent[0],
-        Motion::Euler { .. } => {
+        JointMotion::Fixed => {}
+        JointMotion::Hinge { .. } | JointMotion::Slider { .. } => coords[0] += tangent[0],
+        JointMotion::Euler { .. } => {
             for i in 0..3 {
                 coords[i] += tangent[i];
             }
         }
-        Motion::Ball { .. } => turn(coords, tangent),
-        Motion::Free { .. } => {
+        JointMotion::Ball { .. } => turn(coords, tangent),
+        JointMotion::Free { .. } => {
             for i in 0..3 {
                 coords[i] += tangent[i];
             }
@@ -412,18 +412,20 @@ fn turn(coords: &mut [f64], tangent: &[f64]) {
 
 /// The tangent from one value of a joint to another.
 #[inline(always)]
-pub fn difference_joint(motion: &Motion, from: &[f64], to: &[f64], tangent: &mut [f64]) {
+pub fn difference_joint(motion: &JointMotion, from: &[f64], to: &[f64], tangent: &mut [f64]) {
     match motion {
-        Motion::Fixed => {}
-        Motion::Hinge { range, .. } => tangent[0] = angle_difference(to[0] - from[0], range.is_unlimited()),
-        Motion::Slider { .. } => tangent[0] = to[0] - from[0],
-        Motion::Euler { ranges, .. } => {
+        JointMotion::Fixed => {}
+        JointMotion::Hinge { range, .. } => {
+            tangent[0] = angle_difference(to[0] - from[0], range.is_unlimited());
+        }
+        JointMotion::Slider { .. } => tangent[0] = to[0] - from[0],
+        JointMotion::Euler { ranges, .. } => {
             for i in 0..3 {
                 tangent[i] = angle_difference(to[i] - from[i], ranges[i].is_unlimited());
             }
         }
-        Motion::Ball { .. } => turn_difference(from, to, tangent),
-        Motion::Free { .. } => {
+        JointMotion::Ball { .. } => turn_difference(from, to, tangent),
+        JointMotion::Free { .. } => {
             for i in 0..3 {
                 tangent[i] = to[i] - from[i];
             }
@@ -446,7 +448,7 @@ fn angle_difference(difference: f64, wraps: bool) -> f64 {
 
 /// Moves one joint's coordinates into its limits; says whether they were outside.
 #[inline(always)]
-pub fn project_joint(motion: &Motion, coords: &mut [f64]) -> bool {
+pub fn project_joint(motion: &JointMotion, coords: &mut [f64]) -> bool {
     let mut moved = false;
     for (range, coord) in motion.ranges().iter().zip(coords.iter_mut()) {
         let clamped = range.clamp(*coord);
@@ -454,8 +456,8 @@ pub fn project_joint(motion: &Motion, coords: &mut [f64]) -> bool {
         *coord = clamped;
     }
     match motion {
-        Motion::Ball { cone: Some(cone) } => moved |= project_ball(cone, coords),
-        Motion::Free { cone: Some(cone) } => moved |= project_ball(cone, &mut coords[3..]),
+        JointMotion::Ball { cone: Some(cone) } => moved |= project_ball(cone, coords),
+        JointMotion::Free { cone: Some(cone) } => moved |= project_ball(cone, &mut coords[3..]),
         _ => {}
     }
     moved

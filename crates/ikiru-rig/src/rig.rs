@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 
 use crate::frame::Rotation;
 use crate::humanoid::Role;
-use crate::joint::{Joint, JointId, Motion};
+use crate::joint::{Joint, JointId, JointMotion};
 use crate::limit::Range;
 use crate::name::{self, UnknownName};
 use crate::pose::Pose;
@@ -350,7 +350,7 @@ impl RigBuilder {
     }
 
     /// Changes how a joint moves. An id that the builder does not hold changes nothing.
-    pub fn set_motion(&mut self, joint: JointId, motion: Motion) -> &mut Self {
+    pub fn set_motion(&mut self, joint: JointId, motion: JointMotion) -> &mut Self {
         if let Some(joint) = self.joints.get_mut(joint.index()) {
             joint.motion = motion;
         }
@@ -448,7 +448,7 @@ impl RigBuilder {
             }
             let ends = [own.min, own.max].map(|end| (end - mimic.offset) / mimic.multiplier);
             let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-            if let Motion::Hinge { range, .. } | Motion::Slider { range, .. } =
+            if let JointMotion::Hinge { range, .. } | JointMotion::Slider { range, .. } =
                 &mut self.joints[mimic.leader.index()].motion
             {
                 let narrowed = Range::new(range.min.max(low), range.max.min(high));
@@ -477,7 +477,7 @@ fn check_joint(idx: usize, joint: &Joint) -> Result<(), RigError> {
     {
         return Err(RigError::Rest(name()));
     }
-    if let Motion::Hinge { axis, .. } | Motion::Slider { axis, .. } = joint.motion
+    if let JointMotion::Hinge { axis, .. } | JointMotion::Slider { axis, .. } = joint.motion
         && (!axis.is_finite() || (axis.length() - 1.0).abs() > 1e-6)
     {
         return Err(RigError::Axis(name(), axis.to_array()));

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use crate::humanoid::Role;
-use crate::joint::{Joint, JointId, Motion};
+use crate::joint::{Joint, JointId, JointMotion};
 use crate::limit::Range;
 use crate::pose::{Pose, PoseError};
 use crate::rig::{Rig, RigBuilder, RigError};
@@ -37,7 +37,7 @@ impl Rig {
     /// The root of the body, if it floats.
     #[must_use]
     pub fn floating_root(&self) -> Option<JointId> {
-        let floats = |root: &JointId| matches!(self.joints()[root.index()].motion, Motion::Free { .. });
+        let floats = |root: &JointId| matches!(self.joints()[root.index()].motion, JointMotion::Free { .. });
         self.root().filter(floats)
     }
 
@@ -87,10 +87,10 @@ impl RigBuilder {
         let root = root_of(self.joints())?;
         let joints = self.joints_mut();
         let cone = joints[root].motion.cone().copied();
-        joints[root].motion = Motion::Free { cone };
+        joints[root].motion = JointMotion::Free { cone };
         let above: Vec<usize> = line(joints, root).skip(1).collect();
         for joint in above {
-            joints[joint].motion = Motion::Fixed;
+            joints[joint].motion = JointMotion::Fixed;
             joints[joint].mimic = None;
         }
         Ok(JointId::from_index(root))
@@ -115,7 +115,7 @@ fn carrier(joints: &[Joint], is_given: &[bool]) -> Option<usize> {
 
 /// The joint that is to float.
 pub(crate) fn root_of(joints: &[Joint]) -> Result<usize, RigError> {
-    let mut is_given: Vec<bool> = joints.iter().map(|joint| joint.motion != Motion::Fixed).collect();
+    let mut is_given: Vec<bool> = joints.iter().map(|joint| joint.motion != JointMotion::Fixed).collect();
     if !is_given.contains(&true) {
         return Err(RigError::NoRoot);
     }
@@ -132,7 +132,7 @@ pub(crate) fn root_of(joints: &[Joint]) -> Result<usize, RigError> {
     let root = line(joints, lowest).find(|joint| !joints[*joint].motion.is_scalar());
     let root = root.ok_or_else(|| fail(lowest))?;
     match joints[root].motion {
-        Motion::Euler { ranges, .. } if !ranges.iter().all(Range::is_unlimited) => Err(fail(root)),
+        JointMotion::Euler { ranges, .. } if !ranges.iter().all(Range::is_unlimited) => Err(fail(root)),
         _ => Ok(root),
     }
 }

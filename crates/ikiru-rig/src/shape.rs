@@ -39,12 +39,12 @@ impl Rig {
     /// alike. Motions, limits, roles and other names do not matter.
     ///
     /// ```
-    /// use ikiru_rig::{Joint, Motion, RigBuilder, ShapeDifference};
+    /// use ikiru_rig::{Joint, JointMotion, RigBuilder, ShapeDifference};
     ///
     /// let mut builder = RigBuilder::new();
     /// builder.add(Joint::new("hips", None));
     /// let rig = builder.clone().build()?;
-    /// builder.joints_mut()[0].motion = Motion::FREE;
+    /// builder.joints_mut()[0].motion = JointMotion::FREE;
     /// assert_eq!(rig.shape_difference(&builder.clone().build()?), None);
     /// builder.joints_mut()[0].name = "pelvis".to_owned();
     /// let difference = rig.shape_difference(&builder.build()?);

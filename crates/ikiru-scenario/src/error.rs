@@ -204,7 +204,7 @@ pub enum ErrorKind {
     NoMotion,
     /// A motion that cannot be.
     #[error("the motion cannot be planned: {0}")]
-    Motion(MotionError),
+    JointMotion(MotionError),
     /// A path that cannot be.
     #[error("{0}")]
     Path(TargetPathError),

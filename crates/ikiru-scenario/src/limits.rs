@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use ikiru_rig::{Cone, EulerOrder, JointId, Motion, Range, Rig, RigBuilder, RigError};
+use ikiru_rig::{Cone, EulerOrder, JointId, JointMotion, Range, Rig, RigBuilder, RigError};
 
 use crate::error::{Error, ErrorKind};
 use crate::table::{Table, Value};
@@ -58,7 +58,7 @@ fn free_root(
         }
         Err(error) => return Err(root.error(ErrorKind::Root(error))),
     };
-    let fixed = |(id, _): &&(JointId, Value<'_>)| builder.joints()[id.index()].motion == Motion::Fixed;
+    let fixed = |(id, _): &&(JointId, Value<'_>)| builder.joints()[id.index()].motion == JointMotion::Fixed;
     if let Some((id, value)) = limits.iter().find(fixed) {
         let joint = before.joints()[id.index()].name.clone();
         let floating = &before.joints()[floating.index()].name;
@@ -75,11 +75,11 @@ fn place_of(error: RigError, scenario: &Table<'_>, limits: &Option<Table<'_>>) -
 }
 
 /// The motion of one joint under its limits.
-fn motion(rig: &Rig, joint: JointId, value: &Value<'_>) -> Result<Motion, Error> {
+fn motion(rig: &Rig, joint: JointId, value: &Value<'_>) -> Result<JointMotion, Error> {
     let table = value.table(format!("[limits.{}]", value.key))?;
     table.only(&KEYS)?;
-    let old = rig.get(joint).map_or(Motion::Fixed, |j| j.motion);
-    if let Motion::Hinge { .. } | Motion::Slider { .. } = old {
+    let old = rig.get(joint).map_or(JointMotion::Fixed, |j| j.motion);
+    if let JointMotion::Hinge { .. } | JointMotion::Slider { .. } = old {
         let reason = format!(
             "is {} of the file's own: expected limits of balls and Euler joints only",
             with_article(&old)
@@ -91,7 +91,11 @@ fn motion(rig: &Rig, joint: JointId, value: &Value<'_>) -> Result<Motion, Error>
         (true, false) => euler(&table),
         (false, true) => {
             let cone = Some(cone(&table)?);
-            Ok(if let Motion::Free { .. } = old { Motion::Free { cone } } else { Motion::Ball { cone } })
+            Ok(if let JointMotion::Free { .. } = old {
+                JointMotion::Free { cone }
+            } else {
+                JointMotion::Ball { cone }
+            })
         }
         (is_both, _) => {
             let expected = "either 'min_deg' and 'max_deg' (ranges of the angles x, y, z), \
@@ -102,7 +106,7 @@ fn motion(rig: &Rig, joint: JointId, value: &Value<'_>) -> Result<Motion, Error>
     }
 }
 
-fn euler(table: &Table<'_>) -> Result<Motion, Error> {
+fn euler(table: &Table<'_>) -> Result<JointMotion, Error> {
     const EXPECTED: &str = "three angles in degrees, [x, y, z]";
     let min = table.require("min_deg", EXPECTED)?.numbers::<3>(EXPECTED)?;
     let largest = table.require("max_deg", EXPECTED)?;
@@ -113,7 +117,7 @@ fn euler(table: &Table<'_>) -> Result<Motion, Error> {
         }
     }
     let ranges = [0, 1, 2].map(|axis| Range::degrees(min[axis], max[axis]));
-    Ok(Motion::Euler { order: EulerOrder::Zyx, ranges })
+    Ok(JointMotion::Euler { order: EulerOrder::Zyx, ranges })
 }
 
 fn cone(table: &Table<'_>) -> Result<Cone, Error> {

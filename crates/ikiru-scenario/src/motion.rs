@@ -88,7 +88,7 @@ impl Scenario {
         let Some(settings) = self.motion.clone() else {
             return Err(Error::new(&self.name, None, ErrorKind::NoMotion));
         };
-        let wrong = |e: MotionError| Error::new(&self.name, None, ErrorKind::Motion(e));
+        let wrong = |e: MotionError| Error::new(&self.name, None, ErrorKind::JointMotion(e));
         let motion = build(self.problem, &settings, &self.start, &self.objectives).map_err(wrong)?;
         Ok(MotionScenario {
             name: self.name,
@@ -172,7 +172,7 @@ pub(crate) fn read(
         Some(value) => {
             let weights = value.numbers::<3>("three weights, of speed, acceleration and jerk")?;
             if weights.iter().any(|w| *w < 0.0) {
-                return Err(value.error(ErrorKind::Motion(MotionError::Smoothness(weights))));
+                return Err(value.error(ErrorKind::JointMotion(MotionError::Smoothness(weights))));
             }
             weights
         }
@@ -190,7 +190,7 @@ pub(crate) fn read(
     };
     if end.is_some() && fixed_start && timeline.n_samples() == 2 {
         let kind = MotionError::GivenSamples { given: 1, side: "end", n_samples: 2, taken: 1 };
-        return Err(table.error(ErrorKind::Motion(kind)));
+        return Err(table.error(ErrorKind::JointMotion(kind)));
     }
     let rate_limits = rate_limits::read(start.rig(), active, &table)?;
     let mut free_duration = false;
@@ -239,7 +239,7 @@ fn timeline(table: &Table<'_>) -> Result<Timeline, Error> {
 }
 
 fn wrong(value: &Value<'_>, error: TimelineError) -> Error {
-    value.error(ErrorKind::Motion(MotionError::Timeline(error)))
+    value.error(ErrorKind::JointMotion(MotionError::Timeline(error)))
 }
 
 /// The path that an objective's target follows, if it has one: `path = [[secs, x, y, z], …]`.

@@ -1,6 +1,6 @@
 //! Limits on speed and acceleration: those of `[motion]` for every active joint, and `[motion.limits.NAME]`.
 
-use ikiru_rig::{JointId, Part, Rate, RateLimit, Rig};
+use ikiru_rig::{JointId, Rate, RateLimit, RatePart, Rig};
 
 use crate::error::{Error, ErrorKind};
 use crate::table::{Table, Value};
@@ -8,11 +8,11 @@ use crate::values::{joint_of_key, name_of, with_article};
 
 /// The keys, what they limit, and whether in degrees.
 pub(crate) const KEYS: [&str; 4] = ["max_speed_deg", "max_acceleration_deg", "max_speed", "max_acceleration"];
-const LIMITED: [(Part, Rate); 4] = [
-    (Part::Rotation, Rate::Speed),
-    (Part::Rotation, Rate::Acceleration),
-    (Part::Translation, Rate::Speed),
-    (Part::Translation, Rate::Acceleration),
+const LIMITED: [(RatePart, Rate); 4] = [
+    (RatePart::Rotation, Rate::Speed),
+    (RatePart::Rotation, Rate::Acceleration),
+    (RatePart::Translation, Rate::Speed),
+    (RatePart::Translation, Rate::Acceleration),
 ];
 
 /// Reads all limits of `[motion]`, which `active` joints obey; a joint's own take the place of those of all.
@@ -51,7 +51,7 @@ pub(crate) fn read(rig: &Rig, active: &[JointId], motion: &Table<'_>) -> Result<
     for (idx, (part, _)) in LIMITED.iter().enumerate() {
         if let (Some(value), false) = (motion.get(KEYS[idx]), active.iter().any(|j| part.is_of(rig, *j))) {
             let (place, found) = ("[motion]".to_owned(), format!("'{}'", KEYS[idx]));
-            let expected = if *part == Part::Rotation {
+            let expected = if *part == RatePart::Rotation {
                 "an active joint that turns, or limits in metres, 'max_speed' and 'max_acceleration'"
             } else {
                 "an active joint that slides, or limits in degrees, 'max_speed_deg' and 'max_acceleration_deg'"
@@ -86,7 +86,7 @@ fn four(table: &Table<'_>) -> Result<[Option<f64>; 4], Error> {
             // What is too small to stay above 0 in radians is none either.
             let most = value.number_that(|n| n > 1e-300, EXPECTED[idx])?;
             let (part, _) = LIMITED[idx];
-            *limit = Some(if part == Part::Rotation { most.to_radians() } else { most });
+            *limit = Some(if part == RatePart::Rotation { most.to_radians() } else { most });
         }
     }
     Ok(limits)

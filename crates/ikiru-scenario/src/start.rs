@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ikiru_formats::read_pose_json;
-use ikiru_rig::{JointId, Motion, Pose, Rig};
+use ikiru_rig::{JointId, JointMotion, Pose, Rig};
 
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
@@ -101,7 +101,7 @@ fn inside(mut pose: Pose, of: impl Fn(JointId) -> ScenarioPose, warnings: &mut V
     for joint in rig.ids() {
         let distance = wanted.limit_violation_of(joint);
         if distance > 1e-9 {
-            let is_slider = matches!(rig.get(joint).map(|j| j.motion), Some(Motion::Slider { .. }));
+            let is_slider = matches!(rig.get(joint).map(|j| j.motion), Some(JointMotion::Slider { .. }));
             let (pose, joint) = (of(joint), name_of(rig, joint).to_owned());
             warnings.push(Warning::Projected { pose, joint, distance, is_slider });
         }

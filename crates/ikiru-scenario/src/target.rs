@@ -1,7 +1,7 @@
 //! What objectives aim at: as JSON, in the axes of the scenario, and turned into the rig's world.
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{JointId, Motion, Rig};
+use ikiru_rig::{JointId, JointMotion, Rig};
 use ikiru_solve::Problem;
 use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
 use serde_json::{Map, Value, json};
@@ -60,7 +60,7 @@ pub(crate) fn target_json(
 }
 
 fn angles_json(rig: &Rig, joint: JointId, angles: &JointAngles) -> Value {
-    let is_slider = matches!(rig.get(joint).map(|j| j.motion), Some(Motion::Slider { .. }));
+    let is_slider = matches!(rig.get(joint).map(|j| j.motion), Some(JointMotion::Slider { .. }));
     match angles {
         JointAngles::Rotation(q) => json!({ "rotation": q.to_array() }),
         JointAngles::Euler(a) => json!({ "euler_deg": a.map(|a| a.map(degrees)) }),

@@ -1,7 +1,7 @@
 //! What a joint does, as `[start]` and `known_rotation` say it.
 
 use glam::DQuat;
-use ikiru_rig::{EulerOrder, JointId, Motion, Pose, Range, Rig};
+use ikiru_rig::{EulerOrder, JointId, JointMotion, Pose, Range, Rig};
 use ikiru_solve::objectives::JointAngles;
 
 use crate::error::{Error, ErrorKind};
@@ -36,34 +36,38 @@ pub(crate) fn joint_angles(rig: &Rig, joint: JointId, value: &Value<'_>) -> Resu
     };
     let data = rig.get(joint);
     let follows = data.is_some_and(|j| j.mimic.is_some());
-    let motion = data.map_or(Motion::Fixed, |j| j.motion);
+    let motion = data.map_or(JointMotion::Fixed, |j| j.motion);
     let expected = match (&motion, given.key.as_str()) {
         _ if follows => "nothing, since it follows another joint",
-        (Motion::Ball { .. } | Motion::Free { .. }, "euler_deg") => {
+        (JointMotion::Ball { .. } | JointMotion::Free { .. }, "euler_deg") => {
             return Ok(JointAngles::Rotation(EulerOrder::Zyx.quaternion(given.angles()?)));
         }
-        (Motion::Ball { .. } | Motion::Free { .. }, "rotation") => {
+        (JointMotion::Ball { .. } | JointMotion::Free { .. }, "rotation") => {
             return Ok(JointAngles::Rotation(given.quaternion()?));
         }
-        (Motion::Euler { .. }, "euler_deg") => return Ok(JointAngles::Euler(given.angles()?.map(Some))),
-        (Motion::Euler { order, ranges }, "rotation") => {
+        (JointMotion::Euler { .. }, "euler_deg") => return Ok(JointAngles::Euler(given.angles()?.map(Some))),
+        (JointMotion::Euler { order, ranges }, "rotation") => {
             return Ok(JointAngles::Euler(angles_inside(*order, ranges, given.quaternion()?).map(Some)));
         }
-        (Motion::Hinge { .. }, "angle_deg") => return Ok(JointAngles::Value(given.number()?.to_radians())),
-        (Motion::Slider { .. }, "offset") => return Ok(JointAngles::Value(given.number()?)),
-        (Motion::Ball { .. } | Motion::Free { .. } | Motion::Euler { .. }, _) => "'euler_deg' or 'rotation'",
-        (Motion::Hinge { .. }, _) => "'angle_deg'",
-        (Motion::Slider { .. }, _) => "'offset'",
-        (Motion::Fixed, _) => "nothing, since it does not move",
+        (JointMotion::Hinge { .. }, "angle_deg") => {
+            return Ok(JointAngles::Value(given.number()?.to_radians()));
+        }
+        (JointMotion::Slider { .. }, "offset") => return Ok(JointAngles::Value(given.number()?)),
+        (JointMotion::Ball { .. } | JointMotion::Free { .. } | JointMotion::Euler { .. }, _) => {
+            "'euler_deg' or 'rotation'"
+        }
+        (JointMotion::Hinge { .. }, _) => "'angle_deg'",
+        (JointMotion::Slider { .. }, _) => "'offset'",
+        (JointMotion::Fixed, _) => "nothing, since it does not move",
     };
     let reason = format!("is {} and cannot take '{}': expected {expected}", with_article(&motion), given.key);
     Err(given.key_error(ErrorKind::Unfit { joint: name_of(rig, joint).to_owned(), reason }))
 }
 
-pub(crate) fn with_article(motion: &Motion) -> String {
+pub(crate) fn with_article(motion: &JointMotion) -> String {
     match motion {
-        Motion::Fixed | Motion::Free { .. } => motion.name().to_owned(),
-        Motion::Euler { .. } => "an Euler joint".to_owned(),
+        JointMotion::Fixed | JointMotion::Free { .. } => motion.name().to_owned(),
+        JointMotion::Euler { .. } => "an Euler joint".to_owned(),
         _ => format!("a {}", motion.name()),
     }
 }

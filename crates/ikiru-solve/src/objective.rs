@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use glam::DVec3;
-use ikiru_rig::{Dual, Frame, JointId, Motion, Rig};
+use ikiru_rig::{Dual, Frame, JointId, JointMotion, Rig};
 
 /// The shape put on a part's residual: how its length `‖r‖` becomes cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -180,7 +180,7 @@ pub trait JointRows {
     fn evaluate(
         &self,
         idx: usize,
-        motion: &Motion,
+        motion: &JointMotion,
         coords: &[f64],
         residual: &mut [f64],
         derivative: Option<&mut [f64]>,

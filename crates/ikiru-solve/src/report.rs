@@ -3,7 +3,7 @@
 use std::fmt::{self, Debug, Formatter};
 use std::ops::{Deref, DerefMut};
 
-use ikiru_rig::{JointId, Motion};
+use ikiru_rig::{JointId, JointMotion};
 
 use crate::objective::{MOST_PARTS, Unit};
 
@@ -149,8 +149,9 @@ pub struct ActiveLimit {
 }
 
 impl ActiveLimit {
-    pub(crate) fn of_coordinate(joint: JointId, motion: &Motion, idx: usize, multiplier: f64) -> Self {
-        let kind = if let Motion::Euler { .. } = motion { LimitKind::Angle(idx) } else { LimitKind::Value };
+    pub(crate) fn of_coordinate(joint: JointId, motion: &JointMotion, idx: usize, multiplier: f64) -> Self {
+        let kind =
+            if let JointMotion::Euler { .. } = motion { LimitKind::Angle(idx) } else { LimitKind::Value };
         Self { joint, kind, multiplier }
     }
 }

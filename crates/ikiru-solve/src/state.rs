@@ -1,6 +1,6 @@
 //! The state of a solve: coordinates, frames, residuals and their derivative, in memory that is kept.
 
-use ikiru_rig::{Frame, JointId, Motion, Pose, Vec3, kinematics, project_joint, retract_joint};
+use ikiru_rig::{Frame, JointId, JointMotion, Pose, Vec3, kinematics, project_joint, retract_joint};
 
 use crate::layout::{Layout, NONE, Node, TermLayout, n_translations};
 use crate::objective::{Inputs, JointRows, Rows, Scratch};
@@ -119,7 +119,7 @@ impl State {
             for (position, &joint) in joints.iter().enumerate() {
                 link = kinematics::rest_frame(rig, joint, &link);
                 let moves =
-                    position + 1 == joints.len() && !matches!(layout.nodes[idx].motion, Motion::Fixed);
+                    position + 1 == joints.len() && !matches!(layout.nodes[idx].motion, JointMotion::Fixed);
                 if !moves {
                     pose.apply_motion_to(joint, &mut link);
                 }
@@ -404,7 +404,8 @@ impl State {
         }
         // The three directions of a ball share one curvature, the largest: a limit may mix them.
         for read in &t.joint_reads {
-            let (Some(dof), Motion::Ball { .. } | Motion::Free { .. }) = (read.dof, &read.motion) else {
+            let (Some(dof), JointMotion::Ball { .. } | JointMotion::Free { .. }) = (read.dof, &read.motion)
+            else {
                 continue;
             };
             let turns = &mut self.joint_curvature[dof + read.n_rows - 3..dof + read.n_rows];
@@ -440,9 +441,10 @@ impl State {
 }
 
 /// Whether a joint's coordinates are finite, its quaternion of unit length within 1e-6.
-fn is_valid(motion: &Motion, coords: &[f64]) -> bool {
+fn is_valid(motion: &JointMotion, coords: &[f64]) -> bool {
     let finite = coords.iter().all(|c| c.is_finite());
-    let (Motion::Ball { .. } | Motion::Free { .. }, Some(q)) = (motion, coords.last_chunk::<4>()) else {
+    let (JointMotion::Ball { .. } | JointMotion::Free { .. }, Some(q)) = (motion, coords.last_chunk::<4>())
+    else {
         return finite;
     };
     finite && (q.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 2e-6

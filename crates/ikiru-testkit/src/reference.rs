@@ -2,7 +2,7 @@
 //! recomputed with.
 
 use glam::{DMat4, DQuat, DVec3, EulerRot};
-use ikiru_rig::{EulerOrder, Motion, Pose};
+use ikiru_rig::{EulerOrder, JointMotion, Pose};
 
 /// `world_from_joint` of every joint, as matrices.
 #[must_use]
@@ -19,10 +19,10 @@ pub fn world_matrices(pose: &Pose) -> Vec<DMat4> {
         };
         let quaternion = |c: &[f64]| DMat4::from_quat(DQuat::from_xyzw(c[0], c[1], c[2], c[3]));
         let motion = match joint.motion {
-            Motion::Fixed => DMat4::IDENTITY,
-            Motion::Hinge { axis, .. } => DMat4::from_axis_angle(axis, scalar),
-            Motion::Slider { axis, .. } => DMat4::from_translation(axis * scalar),
-            Motion::Euler { order, .. } => {
+            JointMotion::Fixed => DMat4::IDENTITY,
+            JointMotion::Hinge { axis, .. } => DMat4::from_axis_angle(axis, scalar),
+            JointMotion::Slider { axis, .. } => DMat4::from_translation(axis * scalar),
+            JointMotion::Euler { order, .. } => {
                 let (x, y, z) = (coords[0], coords[1], coords[2]);
                 let (order, a, b, c) = match order {
                     EulerOrder::Xyz => (EulerRot::XYZ, x, y, z),
@@ -34,8 +34,8 @@ pub fn world_matrices(pose: &Pose) -> Vec<DMat4> {
                 };
                 DMat4::from_euler(order, a, b, c)
             }
-            Motion::Ball { .. } => quaternion(coords),
-            Motion::Free { .. } => {
+            JointMotion::Ball { .. } => quaternion(coords),
+            JointMotion::Free { .. } => {
                 DMat4::from_translation(DVec3::new(coords[0], coords[1], coords[2]))
                     * quaternion(&coords[3..])
             }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Clip, Cone, EulerOrder, Joint, JointId, Mimic, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, Cone, EulerOrder, Joint, JointId, JointMotion, Mimic, Pose, Range, Rig, RigBuilder};
 use proptest::prelude::*;
 
 /// A small deterministic generator (splitmix64), for tests that need many numbers rather than shrinking.
@@ -82,23 +82,25 @@ pub fn random_rig(n_joints: usize, seed: u64) -> Rig {
             random.rotation() * DVec3::X
         };
         joint.motion = match (idx + random.below(2)) % 7 {
-            0 => Motion::Fixed,
-            1 => Motion::Hinge { axis, range: random_range(&mut random) },
-            2 => Motion::Slider { axis, range: Range::new(-0.2, random.between(0.0, 0.3)) },
-            3 => Motion::Euler {
+            0 => JointMotion::Fixed,
+            1 => JointMotion::Hinge { axis, range: random_range(&mut random) },
+            2 => JointMotion::Slider { axis, range: Range::new(-0.2, random.between(0.0, 0.3)) },
+            3 => JointMotion::Euler {
                 order: EulerOrder::ALL[random.below(6)],
                 ranges: [random_range(&mut random), random_range(&mut random), random_range(&mut random)],
             },
-            4 => Motion::Ball { cone: random_cone(&mut random) },
-            5 => Motion::Free { cone: random_cone(&mut random) },
-            _ => Motion::BALL,
+            4 => JointMotion::Ball { cone: random_cone(&mut random) },
+            5 => JointMotion::Free { cone: random_cone(&mut random) },
+            _ => JointMotion::BALL,
         };
-        if matches!(joint.motion, Motion::Hinge { .. } | Motion::Slider { .. }) {
+        if matches!(joint.motion, JointMotion::Hinge { .. } | JointMotion::Slider { .. }) {
             if !scalars.is_empty() && random.unit() < 0.3 {
                 let leader = scalars[random.below(scalars.len())];
                 let multiplier = random.between(-1.5, 1.5);
                 joint.mimic = Some(Mimic { leader, multiplier, offset: random.between(-0.2, 0.2) });
-                if let Motion::Hinge { range, .. } | Motion::Slider { range, .. } = &mut joint.motion {
+                if let JointMotion::Hinge { range, .. } | JointMotion::Slider { range, .. } =
+                    &mut joint.motion
+                {
                     *range = Range::UNLIMITED;
                 }
             } else {
@@ -138,14 +140,16 @@ pub fn random_pose(rig: &Rig, random: &mut Random) -> Pose {
         let mut draw = |range: &Range| random.between(range.min.max(-PI), range.max.min(PI));
         // Setting what a joint has, to finite numbers, cannot fail.
         let _ = match &joint.motion {
-            Motion::Fixed => Ok(()),
-            Motion::Hinge { range, .. } | Motion::Slider { range, .. } => pose.set_value(id, draw(range)),
-            Motion::Euler { ranges, .. } => {
+            JointMotion::Fixed => Ok(()),
+            JointMotion::Hinge { range, .. } | JointMotion::Slider { range, .. } => {
+                pose.set_value(id, draw(range))
+            }
+            JointMotion::Euler { ranges, .. } => {
                 let angles = [draw(&ranges[0]), draw(&ranges[1]), draw(&ranges[2])];
                 pose.set_euler(id, angles)
             }
-            Motion::Ball { .. } => pose.set_rotation(id, random.rotation()),
-            Motion::Free { .. } => {
+            JointMotion::Ball { .. } => pose.set_rotation(id, random.rotation()),
+            JointMotion::Free { .. } => {
                 let translation = random.vector(0.5);
                 pose.set_rotation(id, random.rotation()).and_then(|()| pose.set_translation(id, translation))
             }

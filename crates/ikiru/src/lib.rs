@@ -59,15 +59,15 @@
 //! gives never leave them.
 //!
 //! ```
-//! use ikiru::{Cone, DVec3, EulerOrder, Motion, Range, formats};
+//! use ikiru::{Cone, DVec3, EulerOrder, JointMotion, Range, formats};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let loaded = formats::read("builtin:human")?;
 //! let mut builder = loaded.rig.to_builder();
 //! let cone = Cone::new(DVec3::X, [100_f64.to_radians(), 90_f64.to_radians()], Range::degrees(-60.0, 60.0))?;
-//! builder.set_motion(loaded.rig.joint("leftUpperArm")?, Motion::Ball { cone: Some(cone) });
+//! builder.set_motion(loaded.rig.joint("leftUpperArm")?, JointMotion::Ball { cone: Some(cone) });
 //! let elbow = [Range::degrees(-80.0, 80.0), Range::degrees(-145.0, 0.0), Range::degrees(0.0, 0.0)];
-//! builder.set_motion(loaded.rig.joint("leftLowerArm")?, Motion::Euler { order: EulerOrder::Zyx, ranges: elbow });
+//! builder.set_motion(loaded.rig.joint("leftLowerArm")?, JointMotion::Euler { order: EulerOrder::Zyx, ranges: elbow });
 //! let loaded = loaded.with_rig(builder.build()?)?; // so that its poses can be written
 //! assert_eq!(loaded.rig.rest_pose().limit_violation(), 0.0);
 //! # Ok(())
@@ -81,7 +81,7 @@
 //!
 //! ```
 //! use ikiru::{
-//!     Clip, DVec3, MotionProblem, MotionWorkspace, Part, Position, Rate, RateLimit, Solver, Timeline, When, formats,
+//!     Clip, DVec3, MotionProblem, MotionWorkspace, RatePart, Position, Rate, RateLimit, Solver, Timeline, When, formats,
 //! };
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -96,11 +96,11 @@
 //! motion.add(10.0, When::At(1.0), Position::new(hand, DVec3::new(0.45, 1.35, 0.35)))?;
 //! motion.add(10.0, When::End, Position::new(hand, DVec3::new(0.20, 1.20, 0.40)))?;
 //! let most = 240_f64.to_radians(); // a second
-//! motion.set_rate_limits(&[RateLimit { joint: elbow, part: Part::Rotation, rate: Rate::Speed, most }])?;
+//! motion.set_rate_limits(&[RateLimit { joint: elbow, part: RatePart::Rotation, rate: Rate::Speed, most }])?;
 //!
 //! let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()])?;
 //! let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default());
-//! assert!(planned.report.success && planned.clip.peak_speed(elbow, Part::Rotation).value <= most);
+//! assert!(planned.report.success && planned.clip.peak_speed(elbow, RatePart::Rotation).value <= most);
 //! # Ok(())
 //! # }
 //! ```
@@ -128,7 +128,7 @@ pub use ikiru_solve as solve;
 pub use glam::{DQuat, DVec3};
 pub use ikiru_formats::Loaded;
 pub use ikiru_rig::{
-    Clip, Cone, EulerOrder, Frame, Joint, JointId, Motion, Part, Pose, Range, Rate, RateLimit, Rig,
+    Clip, Cone, EulerOrder, Frame, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit, RatePart, Rig,
     RigBuilder, Role, Scalar,
 };
 pub use ikiru_scenario::Scenario;

@@ -1,4 +1,4 @@
-//! Rule: one public type, one name: whoever reads `Part` knows which.
+//! Rule: one public type, one name: whoever reads one knows which.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::{Finding, Project};
 
 /// Names of several types, each one in its crate or module, by which it is then called. The files are those that may
 /// have one; a line that is not needed any more is a finding.
-const SHARED: [(&str, &[&str]); 7] = [
+const SHARED: [(&str, &[&str]); 6] = [
     // One for each library, as is usual.
     (
         "Error",
@@ -36,7 +36,6 @@ const SHARED: [(&str, &[&str]); 7] = [
         "Settings",
         &["ikiru-eval/src/motions/run.rs", "ikiru-eval/src/paper/run.rs", "ikiru-eval/src/robots.rs"],
     ),
-    ("Part", &["ikiru-rig/src/clip/rates.rs", "ikiru-solve/src/objective.rs"]),
 ];
 
 const THIS: &str = "xtask/src/tidy/type_names.rs";

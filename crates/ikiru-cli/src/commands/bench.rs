@@ -17,7 +17,7 @@ use crate::failure::{Failure, Outcome};
 use crate::{features, output};
 
 /// What is measured together: a task on a set of targets.
-struct Part {
+struct RatePart {
     task: Task,
     /// Points of a trajectory; 0 for poses.
     points: usize,
@@ -71,7 +71,7 @@ fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
         let csv = paper::csv(&all.concat()).map_err(Failure::write)?;
         output::write(&folder.join("results.csv"), &csv)?;
         output::write(&folder.join("results.md"), markdown.as_bytes())?;
-        let poses = |part: &Part| part.points == 0 && !part.is_beside;
+        let poses = |part: &RatePart| part.points == 0 && !part.is_beside;
         for (part, rows) in parts.iter_mut().zip(&all).filter(|(part, _)| poses(part)) {
             if args.sample.is_some() {
                 let name = format!("targets_{}.json", part.task.name());
@@ -88,14 +88,14 @@ fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
 }
 
 #[cfg(feature = "plot")]
-fn write_figures(part: &mut Part, rows: &[Row], folder: &Path) -> Result<(), Failure> {
-    let Part { task, scenario, set, contenders, .. } = part;
+fn write_figures(part: &mut RatePart, rows: &[Row], folder: &Path) -> Result<(), Failure> {
+    let RatePart { task, scenario, set, contenders, .. } = part;
     paper::write_figures(*task, scenario, set, contenders, rows, folder).map_err(Failure::write)?;
     Ok(())
 }
 
 #[cfg(not(feature = "plot"))]
-fn write_figures(_: &mut Part, _: &[Row], _: &Path) -> Result<(), Failure> {
+fn write_figures(_: &mut RatePart, _: &[Row], _: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
@@ -106,7 +106,7 @@ fn contenders(names: &[String]) -> Result<Vec<Contender>, Failure> {
     names.iter().map(|name| Contender::from_name(name.trim()).map_err(Failure::input)).collect()
 }
 
-fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<Part>, Failure> {
+fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<RatePart>, Failure> {
     let tasks = match &args.objective {
         Some(name) => vec![Task::from_name(name).map_err(Failure::input)?],
         None => Task::ALL.to_vec(),
@@ -134,11 +134,18 @@ fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<Part>, Failur
         };
         let is_alone = points > 0 || given.is_some() || args.sample.is_some() || args.rig.is_some();
         let contenders = if points > 0 { planners.clone() } else { contenders.to_vec() };
-        parts.push(Part { task, points, scenario, set, contenders: contenders.clone(), is_beside: false });
+        parts.push(RatePart {
+            task,
+            points,
+            scenario,
+            set,
+            contenders: contenders.clone(),
+            is_beside: false,
+        });
         if task == Task::Simple && !is_alone {
             let scenario = task.scenario(None).map_err(Failure::input)?;
             let set = TargetSet::builtin("reachable").map_err(Failure::input)?;
-            parts.push(Part { task, points, scenario, set, contenders, is_beside: true });
+            parts.push(RatePart { task, points, scenario, set, contenders, is_beside: true });
         }
     }
     Ok(parts)

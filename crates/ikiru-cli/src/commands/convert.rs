@@ -7,7 +7,7 @@ use ikiru_formats::{
     Format, Loaded, motion_csv, motion_json, motion_rig, read_motion, save, write_clip, write_pose,
 };
 use ikiru_rig::humanoid::{Reference, transfer};
-use ikiru_rig::{Clip, JointId, Motion};
+use ikiru_rig::{Clip, JointId, JointMotion};
 
 use crate::args::{ConvertArgs, has_ending};
 use crate::failure::{Failure, Outcome};
@@ -149,5 +149,5 @@ fn written(loaded: &Loaded, clip: Option<&Clip>, args: &ConvertArgs) -> Result<V
 /// The joints that can move, followers included.
 fn moving(clip: &Clip) -> Vec<JointId> {
     let rig = clip.rig();
-    rig.ids().filter(|id| rig.get(*id).is_some_and(|joint| joint.motion != Motion::Fixed)).collect()
+    rig.ids().filter(|id| rig.get(*id).is_some_and(|joint| joint.motion != JointMotion::Fixed)).collect()
 }

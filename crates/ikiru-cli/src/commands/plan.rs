@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ikiru_formats::{motion_csv, motion_json, write_clip};
-use ikiru_rig::{Clip, Part, Rate, RateExcess, RateLimit, Rig};
+use ikiru_rig::{Clip, Rate, RateExcess, RateLimit, RatePart, Rig};
 use ikiru_scenario::{MotionScenario, PlannedScenario};
 use ikiru_solve::{MotionReport, MotionWorkspace};
 use serde_json::{Value, json};
@@ -196,7 +196,7 @@ fn text(
     line("iterations", format!("{} with {} restarts", report.iterations, report.restarts));
     line("time", numbers::time(time));
     let (n, secs) = (clip.poses().len(), clip.duration_secs());
-    let peak = |rate| clip.rates(rate).summary(&motion.active, Part::Rotation).peak.to_degrees();
+    let peak = |rate| clip.rates(rate).summary(&motion.active, RatePart::Rotation).peak.to_degrees();
     let peaks = format!("peak speed {:.0}°/s, peak jerk {:.0}°/s³", peak(Rate::Speed), peak(Rate::Jerk));
     line("motion", format!("{n} frames over {} s, {peaks}", short(secs)));
     output::printable(&text).into_owned()
@@ -208,8 +208,8 @@ fn exceeded_numbers(excess: &RateExcess) -> (f64, f64, String) {
     let per = if rate == Rate::Speed { "/s" } else { "/s²" };
     let value = excess.peak.value;
     match part {
-        Part::Rotation => (value.to_degrees(), most.to_degrees(), format!("°{per}")),
-        Part::Translation => (value, most, format!(" m{per}")),
+        RatePart::Rotation => (value.to_degrees(), most.to_degrees(), format!("°{per}")),
+        RatePart::Translation => (value, most, format!(" m{per}")),
     }
 }
 

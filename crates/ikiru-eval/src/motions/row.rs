@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ikiru_rig::{Clip, JointId, Part, Rate, RateLimit};
+use ikiru_rig::{Clip, JointId, Rate, RateLimit, RatePart};
 use serde::Serialize;
 
 use super::judge::Unmet;
@@ -67,7 +67,8 @@ impl Row {
         let name = |joint: JointId| clip.rig().get(joint).map(|j| j.name.clone());
         let is_limited = matches!(way, Way::SpeedLimited | Way::TimeFree);
         // The limits of these ways come behind the scenario's own.
-        let of_way = limits.iter().rfind(|l| is_limited && (l.part, l.rate) == (Part::Rotation, Rate::Speed));
+        let of_way =
+            limits.iter().rfind(|l| is_limited && (l.part, l.rate) == (RatePart::Rotation, Rate::Speed));
         Self {
             scenario: scenario.to_owned(),
             way: way.name(),
@@ -75,7 +76,7 @@ impl Row {
             unmet,
             frames: measure.n_poses,
             duration_secs: measure.duration_secs,
-            peak_speed_deg: peak_speed(clip, active, Part::Rotation).to_degrees(),
+            peak_speed_deg: peak_speed(clip, active, RatePart::Rotation).to_degrees(),
             end_speed_deg: end_speed(clip, active).to_degrees(),
             peak_acceleration_deg: measure.rotation.acceleration.peak.to_degrees(),
             peak_jerk_deg: measure.rotation.jerk.peak.to_degrees(),
@@ -96,7 +97,7 @@ fn end_speed(clip: &Clip, active: &[JointId]) -> f64 {
     let speeds = clip.rates(Rate::Speed);
     let ends = |joint: &JointId| {
         let last = speeds.times().len().saturating_sub(1);
-        let of_joint: Vec<f64> = speeds.of_joint(*joint, Part::Rotation).collect();
+        let of_joint: Vec<f64> = speeds.of_joint(*joint, RatePart::Rotation).collect();
         [0, last].map(|idx| of_joint.get(idx).copied().unwrap_or_default())
     };
     active.iter().flat_map(ends).fold(0.0, f64::max)

@@ -1,6 +1,6 @@
 //! The ways to get a motion that are compared.
 
-use ikiru_rig::{Clip, JointId, Part, Rate, RateLimit};
+use ikiru_rig::{Clip, JointId, Rate, RateLimit, RatePart};
 use ikiru_scenario::MotionScenario;
 use ikiru_solve::{AdamOptions, Method, Search, Solver, SolverOptions};
 
@@ -80,8 +80,8 @@ impl Way {
         let problem = &mut motion.motion;
         problem
             .set_smoothness(if of_paper { PAPER_SMOOTHNESS } else { own.smoothness })
-            .map_err(Error::Motion)?;
-        problem.set_rate_limits(rate_limits).map_err(Error::Motion)?;
+            .map_err(Error::JointMotion)?;
+        problem.set_rate_limits(rate_limits).map_err(Error::JointMotion)?;
         problem.set_free_duration(free);
         motion.solver = Solver::new(match self {
             Self::Paper => SolverOptions {
@@ -109,7 +109,7 @@ pub(super) struct Own {
 /// may have.
 pub(super) fn limits(plan: &Clip, active: &[JointId], own: &[RateLimit]) -> Vec<RateLimit> {
     let mut limits = own.to_vec();
-    for part in [Part::Rotation, Part::Translation] {
+    for part in [RatePart::Rotation, RatePart::Translation] {
         let most = ALLOWED * peak_speed(plan, active, part);
         let joints = active.iter().filter(|joint| most > 0.0 && part.is_of(plan.rig(), **joint));
         limits.extend(joints.map(|joint| RateLimit { joint: *joint, part, rate: Rate::Speed, most }));
@@ -118,6 +118,6 @@ pub(super) fn limits(plan: &Clip, active: &[JointId], own: &[RateLimit]) -> Vec<
 }
 
 /// The speed of the fastest of some joints on the curve of [`Clip::sample_cubic`], in rad/s or m/s.
-pub(super) fn peak_speed(clip: &Clip, joints: &[JointId], part: Part) -> f64 {
+pub(super) fn peak_speed(clip: &Clip, joints: &[JointId], part: RatePart) -> f64 {
     joints.iter().map(|joint| clip.peak_speed(*joint, part).value).fold(0.0, f64::max)
 }

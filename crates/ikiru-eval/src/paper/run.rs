@@ -154,9 +154,10 @@ pub fn run_trajectories(
         Some(TermHandle::Position(id)) => id,
         _ => return Err(Error::Task("its first objective is not a position")),
     };
-    let timeline = Timeline::points(points).map_err(|e| Error::Motion(e.into()))?;
-    let mut motion = MotionProblem::from_problem(scenario.problem, timeline, &[]).map_err(Error::Motion)?;
-    motion.fix_start(&start).map_err(Error::Motion)?;
+    let timeline = Timeline::points(points).map_err(|e| Error::JointMotion(e.into()))?;
+    let mut motion =
+        MotionProblem::from_problem(scenario.problem, timeline, &[]).map_err(Error::JointMotion)?;
+    motion.fix_start(&start).map_err(Error::JointMotion)?;
     let still = Clip::new("still", vec![0.0], vec![start]).map_err(|_| Error::Task("it has no start"))?;
     let mut rows = Vec::with_capacity(settings.runs * contenders.len() * n_measured);
     for run in 0..settings.runs {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 use ikiru_eval::motions::{MotionSource, Outcome, Report, Settings, Way, run};
-use ikiru_rig::{JointId, Motion, Pose, Range};
+use ikiru_rig::{JointId, JointMotion, Pose, Range};
 use ikiru_scenario::MotionScenario;
 use ikiru_solve::objectives::{Direction, Position};
 use ikiru_solve::{Problem, Search, Solver, SolverOptions, Tolerance};
@@ -29,9 +29,9 @@ fn step(from: &Pose, to: &Pose, joint: JointId) -> DVec3 {
     let at = from.rig().coords_of(joint);
     let (a, b) = (&from.coords()[at.clone()], &to.coords()[at]);
     match from.rig().get(joint).unwrap().motion {
-        Motion::Hinge { .. } => DVec3::new(b[0] - a[0], 0.0, 0.0),
-        Motion::Euler { .. } => DVec3::new(b[0] - a[0], b[1] - a[1], b[2] - a[2]),
-        Motion::Ball { .. } => {
+        JointMotion::Hinge { .. } => DVec3::new(b[0] - a[0], 0.0, 0.0),
+        JointMotion::Euler { .. } => DVec3::new(b[0] - a[0], b[1] - a[1], b[2] - a[2]),
+        JointMotion::Ball { .. } => {
             let turn = DQuat::from_slice(a).inverse() * DQuat::from_slice(b);
             let turn = if turn.w < 0.0 { -turn } else { turn };
             let (sine, cosine) = (turn.xyz().length(), turn.w);
@@ -199,9 +199,9 @@ fn a_key_that_is_missed_is_too_far_for_its_limit() {
         let mut builder = motion.rig.to_builder();
         for joint in &motion.active {
             let value = motion.start.value(*joint).unwrap();
-            let Motion::Hinge { axis, .. } = motion.rig.get(*joint).unwrap().motion else { panic!() };
+            let JointMotion::Hinge { axis, .. } = motion.rig.get(*joint).unwrap().motion else { panic!() };
             let range = Range { min: value - turn, max: value + turn };
-            builder.set_motion(*joint, Motion::Hinge { axis, range });
+            builder.set_motion(*joint, JointMotion::Hinge { axis, range });
         }
         let rig = builder.build().unwrap();
         let (tip, world) = (rig.joint("panda_link8").unwrap(), motion.loaded.world_from_file());

@@ -4,9 +4,9 @@
 //! - Every `ROOT`, `JOINT` and `End Site` is a joint, in the order of the file. An end site without a name
 //!   is called after its parent, `Head_end`, and does not move.
 //! - Rotation channels turn a joint by their product from left to right: `Zrotation Xrotation Yrotation` is
-//!   `Rz · Rx · Ry`. Three are [`Motion::Euler`](ikiru_rig::Motion::Euler) in that order, without ranges; two
+//!   `Rz · Rx · Ry`. Three are [`JointMotion::Euler`](ikiru_rig::JointMotion::Euler) in that order, without ranges; two
 //!   are the same with the range `[0, 0]` for the third angle; one is a hinge.
-//! - A joint with position channels is [`Motion::Free`](ikiru_rig::Motion::Free): every root that has some,
+//! - A joint with position channels is [`JointMotion::Free`](ikiru_rig::JointMotion::Free): every root that has some,
 //!   and every other joint whose positions change over the clip. (Many exporters give every joint six
 //!   channels and repeat its offset in each frame: such a joint is what its rotations make it, its offset
 //!   that of the frames.) With one rotation channel or none the cone of the free joint allows no more than

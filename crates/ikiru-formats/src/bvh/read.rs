@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use ikiru_rig::{Clip, Cone, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, Cone, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 
 use crate::bvh::channel::Channels;
 use crate::bvh::hierarchy::{self, Hierarchy, Node};
@@ -126,26 +126,26 @@ fn changes(positions: &Positions, channels: Channels) -> bool {
 }
 
 /// How a joint with some channels moves.
-fn motion(channels: Channels, translates: bool) -> Motion {
+fn motion(channels: Channels, translates: bool) -> JointMotion {
     const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];
     let (turns_about, slides_along) = (channels.first_axis(false), channels.first_axis(true));
     let order = channels.order();
     match (translates, channels.n_rotations(), turns_about, slides_along) {
         (true, 0, _, Some(axis)) if channels.n_positions() == 1 => {
-            Motion::Slider { axis: AXES[axis], range: Range::UNLIMITED }
+            JointMotion::Slider { axis: AXES[axis], range: Range::UNLIMITED }
         }
-        (true, 0, ..) => Motion::Free { cone: cone(DVec3::Y, 0.0) },
-        (true, 1, Some(axis), _) => Motion::Free { cone: cone(AXES[axis], std::f64::consts::PI) },
-        (true, ..) => Motion::FREE,
-        (false, 1, Some(axis), _) => Motion::Hinge { axis: AXES[axis], range: Range::UNLIMITED },
-        (false, 0, ..) => Motion::Fixed,
+        (true, 0, ..) => JointMotion::Free { cone: cone(DVec3::Y, 0.0) },
+        (true, 1, Some(axis), _) => JointMotion::Free { cone: cone(AXES[axis], std::f64::consts::PI) },
+        (true, ..) => JointMotion::FREE,
+        (false, 1, Some(axis), _) => JointMotion::Hinge { axis: AXES[axis], range: Range::UNLIMITED },
+        (false, 0, ..) => JointMotion::Fixed,
         (false, n, ..) => {
             let mut ranges = [Range::UNLIMITED; 3];
             if n == 2 {
                 let [_, _, missing] = order.axes();
                 ranges[missing] = Range::new(0.0, 0.0);
             }
-            Motion::Euler { order, ranges }
+            JointMotion::Euler { order, ranges }
         }
     }
 }
@@ -216,11 +216,11 @@ fn take_numbers(pose: &mut Pose, id: JointId, joint: &JointLayout, numbers: &[f6
     let position = DVec3::from_array(position);
     // Finite numbers for what the joint has: setting them cannot fail.
     let _ = match motion {
-        Motion::Fixed => Ok(()),
-        Motion::Hinge { axis, .. } => pose.set_value(id, DVec3::from_array(angles).dot(axis)),
-        Motion::Slider { axis, .. } => pose.set_value(id, position.dot(axis)),
-        Motion::Euler { .. } => pose.set_euler(id, angles),
-        Motion::Ball { .. } | Motion::Free { .. } => {
+        JointMotion::Fixed => Ok(()),
+        JointMotion::Hinge { axis, .. } => pose.set_value(id, DVec3::from_array(angles).dot(axis)),
+        JointMotion::Slider { axis, .. } => pose.set_value(id, position.dot(axis)),
+        JointMotion::Euler { .. } => pose.set_euler(id, angles),
+        JointMotion::Ball { .. } | JointMotion::Free { .. } => {
             let rotation = joint.channels.order().quaternion(angles);
             pose.set_rotation(id, rotation).and_then(|()| pose.set_translation(id, position))
         }

@@ -1,7 +1,7 @@
 //! Which joints of a rig a file has, and in which order: one tree, with an end site at every leaf.
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{JointId, Motion, Rig};
+use ikiru_rig::{JointId, JointMotion, Rig};
 
 /// What stands in a file's hierarchy, in its order.
 #[derive(Debug)]
@@ -67,7 +67,7 @@ impl Tree {
         // Parents precede children: the last joint with all of them below is the lowest.
         let lowest = rig.ids().rev().find(|id| n_below[id.index()] == n_matter);
         let top = lowest.map(|lowest| match (rig.get(lowest).map(|j| j.motion), parent(rig, lowest)) {
-            (Some(Motion::Hinge { .. } | Motion::Slider { .. }), Some(above)) => above,
+            (Some(JointMotion::Hinge { .. } | JointMotion::Slider { .. }), Some(above)) => above,
             _ => lowest,
         });
         let mut is_written = vec![false; rig.n_joints()];
@@ -82,7 +82,7 @@ impl Tree {
         let kind = |id: JointId| {
             let is_only = parent(rig, id).is_some_and(|parent| children[parent.index()].len() == 1);
             let is_bare =
-                rig.get(id).is_some_and(|j| j.motion == Motion::Fixed && !is_turned(j.rest_rotation));
+                rig.get(id).is_some_and(|j| j.motion == JointMotion::Fixed && !is_turned(j.rest_rotation));
             let is_leaf = children[id.index()].is_empty();
             if is_only && is_bare && is_leaf && Some(id) != top { Kind::EndSite(id) } else { Kind::Joint(id) }
         };

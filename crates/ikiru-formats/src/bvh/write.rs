@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Write;
 
-use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
+use ikiru_rig::{Clip, JointId, JointMotion, Pose, Rig};
 
 use crate::bvh::Layout;
 use crate::bvh::channel::{Channels, DEFAULT_ORDER};
@@ -133,7 +133,7 @@ fn tree(loaded: &Loaded, poses: &[Pose]) -> Tree {
     }
     let moved = poses.first().map_or(rig, Pose::rig);
     let matters = |id: JointId| {
-        let moves = |rig: &Rig| rig.get(id).is_some_and(|joint| joint.motion != Motion::Fixed);
+        let moves = |rig: &Rig| rig.get(id).is_some_and(|joint| joint.motion != JointMotion::Fixed);
         moves(rig) || moves(moved) || rig.get(id).is_some_and(|joint| joint.role.is_some())
     };
     let things = loaded.source().map(Source::things).unwrap_or_default();

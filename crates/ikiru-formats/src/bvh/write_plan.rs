@@ -1,7 +1,7 @@
 //! What is to be written of each joint: its offset, and the channels that can hold all it does.
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{EulerOrder, JointId, Motion, Pose, Rig};
+use ikiru_rig::{EulerOrder, JointId, JointMotion, Pose, Rig};
 
 use crate::bvh::angles::{TINY_DEG, nearest};
 use crate::bvh::channel::{Channel, Channels, DEFAULT_ORDER};
@@ -184,10 +184,10 @@ impl JointPlan {
     fn of_rig(rig: &Rig, id: JointId, is_top: bool) -> Self {
         let Some(joint) = rig.get(id) else { return Self::FIXED };
         let order = match joint.motion {
-            Motion::Euler { order, .. } => order,
+            JointMotion::Euler { order, .. } => order,
             _ => DEFAULT_ORDER,
         };
-        let translates = matches!(joint.motion, Motion::Free { .. } | Motion::Slider { .. });
+        let translates = matches!(joint.motion, JointMotion::Free { .. } | JointMotion::Slider { .. });
         let all = |with_positions| Channels::complete(order, with_positions);
         let offset = joint.rest_translation.to_array();
         let plan = |offset, channels| Self { offset, channels, is_end_site: false, order };
@@ -218,7 +218,7 @@ impl JointPlan {
         let value = pose.value(id).unwrap_or_default();
         let angles = match (joint.motion, hinge_axis(&joint.motion)) {
             // Their own angles, which may be more than a turn.
-            (Motion::Euler { order, .. }, _) if !is_turned && order == self.order => {
+            (JointMotion::Euler { order, .. }, _) if !is_turned && order == self.order => {
                 pose.euler(id).unwrap_or_default()
             }
             (_, Some((axis, sign))) if !is_turned => {
@@ -257,8 +257,8 @@ impl JointPlan {
 }
 
 /// The coordinate axis that a hinge turns about, and in which sense.
-fn hinge_axis(motion: &Motion) -> Option<(usize, f64)> {
-    let Motion::Hinge { axis, .. } = motion else { return None };
+fn hinge_axis(motion: &JointMotion) -> Option<(usize, f64)> {
+    let JointMotion::Hinge { axis, .. } = motion else { return None };
     (0..3).find_map(|k| {
         let sign = axis[k].signum();
         ((*axis - DVec3::AXES[k] * sign).length() < 1e-12).then_some((k, sign))

@@ -1,6 +1,6 @@
 //! A motion → a table with one row a frame.
 
-use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
+use ikiru_rig::{Clip, JointId, JointMotion, Pose, Rig};
 
 use crate::error::{Error, ErrorKind, Fault};
 use crate::motion::aligned_rotations;
@@ -83,24 +83,24 @@ fn joint(columns: &mut Vec<Column>, clip: &Clip, rig: &Rig, id: JointId, root: O
     let name = &joint.name;
     let value = |pose: &Pose| pose.value(id).unwrap_or_default();
     match joint.motion {
-        Motion::Fixed => {}
-        Motion::Hinge { .. } => {
+        JointMotion::Fixed => {}
+        JointMotion::Hinge { .. } => {
             let numbers = clip.poses().iter().map(|pose| value(pose).to_degrees()).collect();
             columns.push(Column { name: format!("{name}.angle_deg"), numbers });
         }
-        Motion::Slider { .. } => {
+        JointMotion::Slider { .. } => {
             let numbers = clip.poses().iter().map(value).collect();
             columns.push(Column { name: format!("{name}.offset"), numbers });
         }
-        Motion::Euler { .. } => {
+        JointMotion::Euler { .. } => {
             let angles =
                 clip.poses().iter().map(|pose| pose.euler(id).unwrap_or_default().map(f64::to_degrees));
             several(columns, name, ["x_deg", "y_deg", "z_deg"], angles);
         }
-        Motion::Ball { .. } | Motion::Free { .. } => {
+        JointMotion::Ball { .. } | JointMotion::Free { .. } => {
             let rotations = aligned_rotations(clip, id).map(|q| q.to_array());
             several(columns, name, ["x", "y", "z", "w"], rotations);
-            if matches!(joint.motion, Motion::Free { .. }) && Some(id) != root {
+            if matches!(joint.motion, JointMotion::Free { .. }) && Some(id) != root {
                 let translations = clip.poses().iter().map(|pose| pose.translation(id).to_array());
                 several(columns, &format!("{name}.translation"), ["x", "y", "z"], translations);
             }

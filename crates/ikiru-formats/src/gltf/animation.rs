@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::{DMat3, DVec3};
-use ikiru_rig::{Clip, JointId, Motion, Pose, Rig};
+use ikiru_rig::{Clip, JointId, JointMotion, Pose, Rig};
 use serde::Deserialize;
 
 use crate::gltf::accessor::{At, Data, Kind};
@@ -196,7 +196,7 @@ impl<'b> Reader<'_, 'b> {
                 let turn = binding.turn.quaternion();
                 let left = data.rest_rotation.inverse() * turn;
                 let right = binding.half_turn.quaternion() * turn.inverse();
-                if matches!(data.motion, Motion::Ball { .. } | Motion::Free { .. }) {
+                if matches!(data.motion, JointMotion::Ball { .. } | JointMotion::Free { .. }) {
                     return Ok(track(values, MotionOf::Rotation(left, right)));
                 }
                 keys().any(|k| {
@@ -204,7 +204,7 @@ impl<'b> Reader<'_, 'b> {
                     (left * q * right).w.abs() < 1.0 - 1e-10
                 })
             }
-            "translation" if matches!(data.motion, Motion::Free { .. }) => {
+            "translation" if matches!(data.motion, JointMotion::Free { .. }) => {
                 if let Some(at) = keys().find(|k| !DVec3::from_array(values.get(*k)).is_finite()) {
                     return Err((format!("/accessors/{}", sampler.output), DataProblem::Translation { at }));
                 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use ikiru_rig::{Joint, JointId, Motion, RigBuilder, Role};
+use ikiru_rig::{Joint, JointId, JointMotion, RigBuilder, Role};
 
 use crate::error::{Error, ErrorKind, Fault, Place};
 use crate::gltf::buffer;
@@ -179,7 +179,7 @@ fn joints(
         joint.rest_rotation = below.rotation;
         joint.rest_translation = offset;
         if skinned.get(*idx as usize) == Some(&true) {
-            joint.motion = Motion::BALL;
+            joint.motion = JointMotion::BALL;
         }
         builder.add(joint);
         scales.push(below.scale);
@@ -216,7 +216,7 @@ fn add_roles(humanoid: &Humanoid, builder: &mut RigBuilder, warnings: &mut Warni
             joint.role = Some(*role);
             if humanoid.version == Version::Animation {
                 // Its nodes have no skin that would tell what moves.
-                joint.motion = if *role == Role::Hips { Motion::FREE } else { Motion::BALL };
+                joint.motion = if *role == Role::Hips { JointMotion::FREE } else { JointMotion::BALL };
             }
         }
     }

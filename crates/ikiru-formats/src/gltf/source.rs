@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Joint, JointId, Motion};
+use ikiru_rig::{Joint, JointId, JointMotion};
 use serde::Deserialize;
 
 use crate::error::{ErrorKind, Fault};
@@ -51,7 +51,7 @@ impl Binding {
 /// Whether joints turn only where the file can turn them as a rig does: nowhere below scales that differ between
 /// the axes.
 pub(crate) fn check_turns(joints: &[Joint], bindings: &[Binding]) -> Result<(), Fault> {
-    let turns = |joint: &Joint| !matches!(joint.motion, Motion::Fixed | Motion::Slider { .. });
+    let turns = |joint: &Joint| !matches!(joint.motion, JointMotion::Fixed | JointMotion::Slider { .. });
     for (joint, binding) in joints.iter().zip(bindings) {
         if !turns(joint) || binding.above.is_uniform() {
             continue;

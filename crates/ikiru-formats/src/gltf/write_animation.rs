@@ -1,7 +1,7 @@
 //! A clip → the file that the rig was read from, with the clip as its first animation.
 
 use glam::DVec3;
-use ikiru_rig::{Clip, JointId, Motion};
+use ikiru_rig::{Clip, JointId, JointMotion};
 
 use crate::error::{Error, ErrorKind, Fault};
 use crate::gltf::clips::names;
@@ -117,7 +117,7 @@ fn translations(loaded: &Loaded, clip: &Clip, keys: &[usize], id: JointId) -> Re
     let joint = clip.poses().first().and_then(|pose| pose.rig().get(id));
     let (Some(binding), Some(joint)) = (binding, joint) else { return Ok(None) };
     let poses = || keys.iter().filter_map(|key| clip.poses().get(*key));
-    let translates = matches!(joint.motion, Motion::Free { .. } | Motion::Slider { .. });
+    let translates = matches!(joint.motion, JointMotion::Free { .. } | JointMotion::Slider { .. });
     if !translates || poses().all(|pose| pose.translation(id) == DVec3::ZERO) {
         return Ok(None);
     }

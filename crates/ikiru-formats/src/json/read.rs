@@ -1,7 +1,7 @@
 //! JSON → a motion: lists of a frame's entries, checked against the rig that is to move.
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Clip, JointId, Motion, Pose, PoseError, Rig, rotation_vector};
+use ikiru_rig::{Clip, JointId, JointMotion, Pose, PoseError, Rig, rotation_vector};
 
 use super::document::{Angles, Document, List, Named, Numbers, parse};
 use super::key;
@@ -95,17 +95,17 @@ impl Frames<'_> {
             self.has_angles[id.index()] = true;
             let Angles { euler_deg, angle_deg, offset } = angles;
             match (&joint.motion, euler_deg, angle_deg, offset) {
-                (Motion::Euler { .. }, Some(list), None, None) => {
+                (JointMotion::Euler { .. }, Some(list), None, None) => {
                     let at = format!("{at}/{}", key::EULER);
                     self.check_count(&at, list)?;
                     for (pose, Numbers(degrees)) in self.poses.iter_mut().zip(&list.0) {
                         pose.set_euler(id, degrees.map(f64::to_radians)).map_err(|e| unset(&at, &e))?;
                     }
                 }
-                (Motion::Hinge { .. }, None, Some(list), None) => {
+                (JointMotion::Hinge { .. }, None, Some(list), None) => {
                     self.take_values(id, &format!("{at}/{}", key::ANGLE), list, f64::to_radians)?;
                 }
-                (Motion::Slider { .. }, None, None, Some(list)) => {
+                (JointMotion::Slider { .. }, None, None, Some(list)) => {
                     self.take_values(id, &format!("{at}/{}", key::OFFSET), list, |offset| offset)?;
                 }
                 (motion, ..) => return Err(Fault::at(at, other_keys(motion, angles))),
@@ -164,13 +164,13 @@ impl Frames<'_> {
         }
         // What is set is finite, and the joint has it.
         let set = match joint.motion {
-            Motion::Ball { .. } | Motion::Free { .. } => pose.set_rotation(id, rotation),
-            Motion::Euler { order, ranges } => {
+            JointMotion::Ball { .. } | JointMotion::Free { .. } => pose.set_rotation(id, rotation),
+            JointMotion::Euler { order, ranges } => {
                 let middle = ranges.map(|range| range.middle());
                 let near = before.and_then(|before| before.euler(id)).unwrap_or(middle);
                 pose.set_euler(id, order.angles_near(rotation, near))
             }
-            Motion::Hinge { axis, range } => {
+            JointMotion::Hinge { axis, range } => {
                 let angle = 2.0 * rotation.xyz().dot(axis).atan2(rotation.w);
                 if differs(DQuat::from_axis_angle(axis, angle), rotation) {
                     return Err("a rotation about its axis");
@@ -180,7 +180,7 @@ impl Frames<'_> {
                 let turns = ((angle - near) / std::f64::consts::TAU).round();
                 pose.set_value(id, angle - turns * std::f64::consts::TAU)
             }
-            Motion::Fixed | Motion::Slider { .. } => {
+            JointMotion::Fixed | JointMotion::Slider { .. } => {
                 let turns = differs(DQuat::IDENTITY, rotation);
                 return if turns { Err("no rotation: [0, 0, 0, 1]") } else { Ok(()) };
             }
@@ -213,7 +213,7 @@ impl Frames<'_> {
         let root = self.rig.floating_root();
         for (id, at, list) in resolved(self.rig, "translations", named)? {
             self.check_count(&at, list)?;
-            let is_free = matches!(self.rig.joints()[id.index()].motion, Motion::Free { .. });
+            let is_free = matches!(self.rig.joints()[id.index()].motion, JointMotion::Free { .. });
             if !is_free || Some(id) == root {
                 let expected = if is_free { "\"root_translation\" for it" } else { "a free joint" };
                 let found = list.0.first().map_or_else(Vec::new, |first| first.0.to_vec());
@@ -267,7 +267,7 @@ fn unset(at: &str, error: &PoseError) -> Fault {
     Fault::at(at, ErrorKind::MotionShape { message: error.to_string() })
 }
 
-fn other_keys(motion: &Motion, angles: &Angles) -> ErrorKind {
+fn other_keys(motion: &JointMotion, angles: &Angles) -> ErrorKind {
     let keys = [
         (key::EULER, angles.euler_deg.is_some()),
         (key::ANGLE, angles.angle_deg.is_some()),
@@ -277,11 +277,13 @@ fn other_keys(motion: &Motion, angles: &Angles) -> ErrorKind {
         keys.into_iter().filter(|(_, is_there)| *is_there).map(|(key, _)| format!("\"{key}\"")).collect();
     let found = if found.is_empty() { "no key".to_owned() } else { found.join(" and ") };
     let expected = match motion {
-        Motion::Euler { .. } => "\"euler_deg\" alone, as the joint is Euler",
-        Motion::Hinge { .. } => "\"angle_deg\" alone, as the joint is a hinge",
-        Motion::Slider { .. } => "\"offset\" alone, as the joint is a slider",
-        Motion::Fixed => "nothing, as the joint is fixed",
-        Motion::Ball { .. } | Motion::Free { .. } => "rotations alone, as the joint is a ball or free",
+        JointMotion::Euler { .. } => "\"euler_deg\" alone, as the joint is Euler",
+        JointMotion::Hinge { .. } => "\"angle_deg\" alone, as the joint is a hinge",
+        JointMotion::Slider { .. } => "\"offset\" alone, as the joint is a slider",
+        JointMotion::Fixed => "nothing, as the joint is fixed",
+        JointMotion::Ball { .. } | JointMotion::Free { .. } => {
+            "rotations alone, as the joint is a ball or free"
+        }
     };
     ErrorKind::Unexpected { found, expected }
 }

@@ -1,6 +1,6 @@
 //! JSON → a motion of a rig whose joints are made such that they can move so.
 
-use ikiru_rig::{EulerOrder, Motion, Range, Rig};
+use ikiru_rig::{EulerOrder, JointMotion, Range, Rig};
 use serde::Deserialize;
 
 use super::document::{Document, parse};
@@ -43,17 +43,17 @@ fn fitting(document: &Document, rig: &Rig) -> Result<Rig, Fault> {
     let mut builder = rig.to_builder();
     let mut changed = false;
     for (id, _, angles) in resolved(rig, "angles", &document.angles)? {
-        if let (Some(Motion::Ball { cone: None }), Some(_)) =
+        if let (Some(JointMotion::Ball { cone: None }), Some(_)) =
             (rig.get(id).map(|j| j.motion), &angles.euler_deg)
         {
             let ranges = [Range::UNLIMITED; 3];
-            builder.set_motion(id, Motion::Euler { order: EulerOrder::default(), ranges });
+            builder.set_motion(id, JointMotion::Euler { order: EulerOrder::default(), ranges });
             changed = true;
         }
     }
     for (id, ..) in resolved(rig, "translations", &document.translations)? {
-        if let Some(Motion::Ball { cone }) = rig.get(id).map(|joint| joint.motion) {
-            builder.set_motion(id, Motion::Free { cone });
+        if let Some(JointMotion::Ball { cone }) = rig.get(id).map(|joint| joint.motion) {
+            builder.set_motion(id, JointMotion::Free { cone });
             changed = true;
         }
     }

@@ -1,6 +1,6 @@
 //! JSON → a pose: a motion of one frame, as far as checking goes.
 
-use ikiru_rig::{Motion, Pose, Rig};
+use ikiru_rig::{JointMotion, Pose, Rig};
 use serde::Deserialize;
 
 use super::document::{Angles, Document, List, Named, Numbers, parse};
@@ -94,10 +94,12 @@ impl PoseJoint {
         let motion = rig.joint(name).ok().and_then(|id| rig.get(id)).map(|joint| joint.motion);
         let mut angles = Angles { euler_deg: None, angle_deg: None, offset: None };
         match motion {
-            Some(Motion::Euler { .. }) => {
+            Some(JointMotion::Euler { .. }) => {
                 angles.euler_deg = self.euler_deg.as_ref().map(|Numbers(a)| List(vec![Numbers(*a)]));
             }
-            Some(Motion::Hinge { .. }) => angles.angle_deg = self.angle_deg.map(|angle| List(vec![angle])),
+            Some(JointMotion::Hinge { .. }) => {
+                angles.angle_deg = self.angle_deg.map(|angle| List(vec![angle]));
+            }
             _ => {}
         }
         angles.offset = self.offset.map(|offset| List(vec![offset]));

@@ -1,7 +1,7 @@
 //! A pose or a motion → JSON, under the rig's own names.
 
 use glam::DVec3;
-use ikiru_rig::{Clip, JointId, Motion, Pose};
+use ikiru_rig::{Clip, JointId, JointMotion, Pose};
 use serde_json::{Map, Value, json};
 
 use super::key;
@@ -26,20 +26,20 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
         value.insert("rotation".to_owned(), json!(pose.rotation(*id).to_array()));
         let scalar = pose.value(*id).unwrap_or(0.0);
         match joint.motion {
-            Motion::Euler { .. } => {
+            JointMotion::Euler { .. } => {
                 let angles = pose.euler(*id).unwrap_or_default().map(f64::to_degrees);
                 value.insert(key::EULER.to_owned(), json!(angles));
             }
-            Motion::Hinge { .. } => {
+            JointMotion::Hinge { .. } => {
                 value.insert(key::ANGLE.to_owned(), json!(scalar.to_degrees()));
             }
-            Motion::Slider { .. } => {
+            JointMotion::Slider { .. } => {
                 value.insert(key::OFFSET.to_owned(), json!(scalar));
             }
-            Motion::Free { .. } if Some(*id) != root => {
+            JointMotion::Free { .. } if Some(*id) != root => {
                 value.insert("translation".to_owned(), json!(pose.translation(*id).to_array()));
             }
-            Motion::Fixed | Motion::Ball { .. } | Motion::Free { .. } => {}
+            JointMotion::Fixed | JointMotion::Ball { .. } | JointMotion::Free { .. } => {}
         }
         named.insert(joint.name.clone(), Value::Object(value));
     }
@@ -89,17 +89,19 @@ pub fn motion_json(clip: &Clip, joints: &[JointId]) -> Value {
         rotations.insert(joint.name.clone(), json!(turns));
         let values = || clip.poses().iter().map(|pose| pose.value(*id).unwrap_or_default());
         let angles_of = match joint.motion {
-            Motion::Euler { .. } => {
+            JointMotion::Euler { .. } => {
                 let euler = |pose: &Pose| pose.euler(*id).unwrap_or_default().map(f64::to_degrees);
                 json!({ key::EULER: clip.poses().iter().map(euler).collect::<Vec<_>>() })
             }
-            Motion::Hinge { .. } => json!({ key::ANGLE: values().map(f64::to_degrees).collect::<Vec<_>>() }),
-            Motion::Slider { .. } => json!({ key::OFFSET: values().collect::<Vec<_>>() }),
-            Motion::Free { .. } if Some(*id) != root => {
+            JointMotion::Hinge { .. } => {
+                json!({ key::ANGLE: values().map(f64::to_degrees).collect::<Vec<_>>() })
+            }
+            JointMotion::Slider { .. } => json!({ key::OFFSET: values().collect::<Vec<_>>() }),
+            JointMotion::Free { .. } if Some(*id) != root => {
                 moved.insert(joint.name.clone(), json!(numbers(&|pose| pose.translation(*id))));
                 continue;
             }
-            Motion::Fixed | Motion::Ball { .. } | Motion::Free { .. } => continue,
+            JointMotion::Fixed | JointMotion::Ball { .. } | JointMotion::Free { .. } => continue,
         };
         angles.insert(joint.name.clone(), angles_of);
     }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Frame, Joint, JointId, Mimic, Motion, Range, RigBuilder, RigError};
+use ikiru_rig::{Frame, Joint, JointId, JointMotion, Mimic, Range, RigBuilder, RigError};
 
 use crate::collision::CollisionShape;
 use crate::error::{Error, Fault, Place};
@@ -115,7 +115,7 @@ fn add_joints(
                     Joint::new(names::free(format!("{}_{end}", element.name), &mut taken), Some(parent));
                 slider.rest_rotation = std::mem::take(&mut joint.rest_rotation);
                 slider.rest_translation = std::mem::take(&mut joint.rest_translation);
-                slider.motion = Motion::Slider { axis, range: Range::UNLIMITED };
+                slider.motion = JointMotion::Slider { axis, range: Range::UNLIMITED };
                 parent = builder.add(slider);
             }
         }
@@ -140,14 +140,14 @@ fn add_joints(
     (root, ids)
 }
 
-fn motion(element: &JointElement<'_>) -> Motion {
+fn motion(element: &JointElement<'_>) -> JointMotion {
     let (axis, range) = (element.axis, element.range);
     match element.kind {
-        Kind::Fixed => Motion::Fixed,
-        Kind::Revolute | Kind::Continuous | Kind::Planar => Motion::Hinge { axis, range },
-        Kind::Prismatic => Motion::Slider { axis, range },
-        Kind::Floating => Motion::FREE,
-        Kind::Spherical => Motion::BALL,
+        Kind::Fixed => JointMotion::Fixed,
+        Kind::Revolute | Kind::Continuous | Kind::Planar => JointMotion::Hinge { axis, range },
+        Kind::Prismatic => JointMotion::Slider { axis, range },
+        Kind::Floating => JointMotion::FREE,
+        Kind::Spherical => JointMotion::BALL,
     }
 }
 

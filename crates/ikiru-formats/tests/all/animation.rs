@@ -5,7 +5,7 @@ use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::gltf::DataProblem;
 use ikiru_formats::{Loaded, Warning, read, read_glb, write_animated_glb};
-use ikiru_rig::{Clip, EulerOrder, Motion, Range};
+use ikiru_rig::{Clip, EulerOrder, JointMotion, Range};
 use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::{Value, json};
 
@@ -372,7 +372,7 @@ fn clips_written_and_read_again_move_the_same() {
         }
         let buffer = after.0["buffers"][0]["byteLength"].as_u64().unwrap() as usize;
         assert_eq!(buffer, after.1.as_ref().unwrap().len());
-        let n_balls = loaded.rig.joints().iter().filter(|j| j.motion == Motion::BALL).count();
+        let n_balls = loaded.rig.joints().iter().filter(|j| j.motion == JointMotion::BALL).count();
         assert_eq!(after.0["animations"][0]["channels"].as_array().unwrap().len(), n_balls);
         // A second one of another name goes before the first.
         let other = again.clips[0].clone().with_name("other");
@@ -430,12 +430,12 @@ fn clips_follow_a_changed_rig_where_they_can() {
     film.animate(0, "rotation", "LINEAR", times, turns);
     let loaded = film.read();
     let hip = loaded.rig.joint("hip").unwrap();
-    let with = |motion: Motion| {
+    let with = |motion: JointMotion| {
         let mut builder = loaded.rig.to_builder();
         builder.set_motion(hip, motion);
         loaded.clone().with_rig(builder.build().unwrap()).unwrap()
     };
-    let euler = with(Motion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] });
+    let euler = with(JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] });
     assert_eq!(euler.warnings, []);
     let angles = euler.clips[0].poses()[2].euler(hip).unwrap().map(f64::to_degrees);
     assert_near(&angles, &[0.0, 0.0, 240.0], 1e-4);
@@ -443,8 +443,8 @@ fn clips_follow_a_changed_rig_where_they_can() {
         assert!(a.rig().is_same(&euler.rig));
         assert_same_frames("euler", &loaded.rig, &a.frames(), &b.frames());
     }
-    assert_eq!(with(Motion::FREE).clips.len(), 1);
-    let fixed = with(Motion::Fixed);
+    assert_eq!(with(JointMotion::FREE).clips.len(), 1);
+    let fixed = with(JointMotion::Fixed);
     assert!(fixed.clips.is_empty());
     assert_eq!(
         fixed.warnings[0].to_string(),

@@ -7,7 +7,7 @@ use glam::DVec3;
 use ikiru_formats::{
     BvhOptions, Loaded, PositionChannels, Warning, read, read_bvh, write_bvh_clip, write_bvh_pose,
 };
-use ikiru_rig::{EulerOrder, Motion, Pose};
+use ikiru_rig::{EulerOrder, JointMotion, Pose};
 use ikiru_testkit::rigs::{Random, random_pose};
 
 fn load(text: &str) -> Loaded {
@@ -60,9 +60,12 @@ fn a_motion_of_the_cmu_database_is_as_its_text_has_it() {
     let loaded = read(data(CMU)).unwrap();
     assert_eq!(loaded.rig.n_joints(), 38);
     assert_eq!(loaded.rig.root().unwrap().index(), 0);
-    assert_eq!(loaded.rig.joints()[0].motion, Motion::FREE);
+    assert_eq!(loaded.rig.joints()[0].motion, JointMotion::FREE);
     let knee = loaded.rig.joint("LeftLeg").unwrap();
-    assert!(matches!(loaded.rig.get(knee).unwrap().motion, Motion::Euler { order: EulerOrder::Zyx, .. }));
+    assert!(matches!(
+        loaded.rig.get(knee).unwrap().motion,
+        JointMotion::Euler { order: EulerOrder::Zyx, .. }
+    ));
     assert_eq!(loaded.clips.len(), 1);
     let clip = &loaded.clips[0];
     assert_eq!(clip.poses().len(), 688);
@@ -184,7 +187,7 @@ fn every_kind_of_joint() {
     ];
     assert_eq!(kinds, expected);
     assert!(loaded.clips[0].poses().iter().all(|p| p.limit_violation() < 1e-12));
-    let Motion::Euler { order, ranges } = loaded.rig.joints()[2].motion else { panic!() };
+    let JointMotion::Euler { order, ranges } = loaded.rig.joints()[2].motion else { panic!() };
     assert_eq!(order, EulerOrder::Yxz);
     assert_eq!((ranges[2].min, ranges[2].max), (0.0, 0.0));
     assert_matrices(ZOO, &loaded, false);
@@ -262,7 +265,7 @@ fn positions_on_top_of_offsets_or_in_their_place() {
     assert!(String::from_utf8(bytes).unwrap().contains("OFFSET 0 0 0"));
     // A joint whose positions change translates.
     moved = load(&on_top.replacen("6 0.05 7 0 10 0 0 0", "6 0.05 7 0 10 0 0 0.1", 1));
-    assert_eq!(moved.rig.joints()[1].motion, Motion::FREE);
+    assert_eq!(moved.rig.joints()[1].motion, JointMotion::FREE);
 }
 
 #[test]
@@ -413,7 +416,7 @@ fn poses_of_a_file_that_its_channels_cannot_hold() {
     // Every joint moves in every way.
     let mut builder = loaded.rig.to_builder();
     for id in loaded.rig.ids() {
-        builder.set_motion(id, Motion::FREE);
+        builder.set_motion(id, JointMotion::FREE);
     }
     let rig = builder.build().unwrap();
     let loaded = loaded.with_rig(rig.clone()).unwrap();

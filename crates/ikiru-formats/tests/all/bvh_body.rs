@@ -9,7 +9,7 @@ use ikiru_formats::{
     write_clip, write_pose,
 };
 use ikiru_rig::humanoid::{Reference as Stance, transfer};
-use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, EulerOrder, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 use serde_json::{Value, json};
 
@@ -98,7 +98,7 @@ fn names_that_are_no_single_word_are_told_with_what_they_became() {
         [("Left elbow", None), ("Left_elbow", Some(0)), ("tip{}", Some(1)), ("plain", Some(2))]
     {
         let mut joint = Joint::new(name, parent.map(JointId::from_index));
-        joint.motion = Motion::BALL;
+        joint.motion = JointMotion::BALL;
         builder.add(joint);
     }
     let loaded = Loaded::from_rig(builder.build().unwrap());
@@ -146,7 +146,7 @@ fn angles_go_on_from_frame_to_frame() {
 
 #[test]
 fn a_joint_that_turns_and_turns_has_angles_that_grow() {
-    let rig = |motion: Motion| -> Rig {
+    let rig = |motion: JointMotion| -> Rig {
         let mut builder = RigBuilder::new();
         builder.add(Joint::new("base", None));
         let mut wheel = Joint::new("wheel", Some(JointId::from_index(0)));
@@ -155,9 +155,9 @@ fn a_joint_that_turns_and_turns_has_angles_that_grow() {
         builder.add(wheel);
         builder.build().unwrap()
     };
-    let euler = Motion::Euler { order: EulerOrder::Zxy, ranges: [Range::UNLIMITED; 3] };
-    let hinge = Motion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
-    for motion in [Motion::BALL, Motion::FREE, euler, hinge] {
+    let euler = JointMotion::Euler { order: EulerOrder::Zxy, ranges: [Range::UNLIMITED; 3] };
+    let hinge = JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
+    for motion in [JointMotion::BALL, JointMotion::FREE, euler, hinge] {
         let rig = rig(motion);
         let wheel = rig.joint("wheel").unwrap();
         let poses = (0..40).map(|idx| {
@@ -166,8 +166,8 @@ fn a_joint_that_turns_and_turns_has_angles_that_grow() {
             let angle = (f64::from(idx) * 0.5 + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
                 - std::f64::consts::PI;
             match motion {
-                Motion::Euler { .. } => pose.set_euler(wheel, [0.0, 0.0, angle]),
-                Motion::Hinge { .. } => pose.set_value(wheel, angle),
+                JointMotion::Euler { .. } => pose.set_euler(wheel, [0.0, 0.0, angle]),
+                JointMotion::Hinge { .. } => pose.set_value(wheel, angle),
                 _ => pose.set_rotation(wheel, DQuat::from_rotation_z(angle)),
             }
             .unwrap();

@@ -8,7 +8,7 @@ use ikiru_formats::{
     BvhOptions, Format, Loaded, Warning, Written, read, read_bvh, write_bvh_clip, write_bvh_pose, write_clip,
     write_pose,
 };
-use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, EulerOrder, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
 /// The joints of a rig that are in a file, with their places in it.
@@ -45,7 +45,9 @@ fn check(name: &str, loaded: &Loaded, random: &mut Random) -> String {
     assert!(text.contains("Frames: 6\nFrame Time: 0.04"), "{name}");
     let tolerance = 1e-8 * loaded.rig.size();
     let again = read_bvh(&bytes, name, &BvhOptions::default()).unwrap();
-    for (id, joint) in loaded.rig.ids().zip(loaded.rig.joints()).filter(|(_, j)| j.motion != Motion::Fixed) {
+    for (id, joint) in
+        loaded.rig.ids().zip(loaded.rig.joints()).filter(|(_, j)| j.motion != JointMotion::Fixed)
+    {
         assert!(pairs.iter().any(|(written, _)| *written == id), "{name}: {} moves", joint.name);
     }
     for (a, b) in poses.iter().zip(again.clips[0].poses()) {
@@ -89,7 +91,7 @@ fn random_rigs_with_every_kind_of_joint() {
     }
 }
 
-fn joint(name: &str, parent: Option<usize>, motion: Motion) -> Joint {
+fn joint(name: &str, parent: Option<usize>, motion: JointMotion) -> Joint {
     let mut joint = Joint::new(name, parent.map(JointId::from_index));
     joint.rest_translation = DVec3::new(0.0, 0.5, 0.0);
     joint.motion = motion;
@@ -97,20 +99,20 @@ fn joint(name: &str, parent: Option<usize>, motion: Motion) -> Joint {
 }
 
 fn rig_of_all_kinds() -> Rig {
-    let hinge = |axis| Motion::Hinge { axis, range: Range::UNLIMITED };
-    let euler = Motion::Euler { order: EulerOrder::Yzx, ranges: [Range::UNLIMITED; 3] };
-    let mut turned = joint("turned tip", Some(1), Motion::Fixed);
+    let hinge = |axis| JointMotion::Hinge { axis, range: Range::UNLIMITED };
+    let euler = JointMotion::Euler { order: EulerOrder::Yzx, ranges: [Range::UNLIMITED; 3] };
+    let mut turned = joint("turned tip", Some(1), JointMotion::Fixed);
     turned.rest_rotation = DQuat::from_rotation_x(1.0);
     let joints = [
-        joint("root node", None, Motion::Fixed),
-        joint("ball", Some(0), Motion::BALL),
+        joint("root node", None, JointMotion::Fixed),
+        joint("ball", Some(0), JointMotion::BALL),
         joint("hinge", Some(1), hinge(DVec3::NEG_Y)),
         joint("other hinge", Some(2), hinge(DVec3::new(0.6, 0.8, 0.0))),
         joint("other_hinge", Some(3), euler),
-        joint("tip", Some(4), Motion::Fixed),
-        joint("slider", Some(1), Motion::Slider { axis: DVec3::Z, range: Range::UNLIMITED }),
+        joint("tip", Some(4), JointMotion::Fixed),
+        joint("slider", Some(1), JointMotion::Slider { axis: DVec3::Z, range: Range::UNLIMITED }),
         turned,
-        joint("free{}", Some(0), Motion::FREE),
+        joint("free{}", Some(0), JointMotion::FREE),
     ];
     let mut builder = RigBuilder::new();
     joints.into_iter().for_each(|j| _ = builder.add(j));
@@ -147,13 +149,13 @@ fn hinges_that_a_pose_turns_about_other_axes_have_channels_in_the_order_of_their
     for axis in DVec3::AXES {
         let rig = |motion| {
             let mut builder = RigBuilder::new();
-            builder.add(joint("root", None, Motion::Fixed));
+            builder.add(joint("root", None, JointMotion::Fixed));
             builder.add(joint("hinge", Some(0), motion));
-            builder.add(joint("end", Some(1), Motion::Fixed));
+            builder.add(joint("end", Some(1), JointMotion::Fixed));
             builder.build().unwrap()
         };
-        let loaded = Loaded::from_rig(rig(Motion::Hinge { axis, range: Range::UNLIMITED }));
-        let mut pose = rig(Motion::BALL).rest_pose();
+        let loaded = Loaded::from_rig(rig(JointMotion::Hinge { axis, range: Range::UNLIMITED }));
+        let mut pose = rig(JointMotion::BALL).rest_pose();
         let hinge = loaded.rig.joint("hinge").unwrap();
         pose.set_rotation(hinge, EulerOrder::Xyz.quaternion([0.3, -0.5, 0.7])).unwrap();
         let written = write_pose(&loaded, &pose, Format::Bvh).unwrap();

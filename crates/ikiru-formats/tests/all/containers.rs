@@ -9,7 +9,7 @@ use ikiru_formats::{
     Format, Loaded, Warning, motion_csv, motion_json, motion_rig, read, read_glb, read_gltf, read_motion,
     read_vrma, save, write_clip, write_pose,
 };
-use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder, Role};
+use ikiru_rig::{Clip, EulerOrder, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder, Role};
 use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::{Value, json};
 
@@ -85,7 +85,7 @@ fn with_wrists() -> Loaded {
         if id == hand {
             let mut between = Joint::new("wrist", Some(arm));
             between.rest_translation = joint.rest_translation * 0.6;
-            between.motion = Motion::BALL;
+            between.motion = JointMotion::BALL;
             joint.rest_translation *= 0.4;
             wrist = Some(id);
             joint.parent = Some(builder.add(between));
@@ -140,7 +140,7 @@ fn a_motion_comes_back_onto_the_file_of_its_rig() {
     builder.free_root().unwrap();
     let elbow = human.rig.role(Role::LeftLowerArm).unwrap();
     let ranges = [Range::degrees(-10.0, 10.0), Range::degrees(-150.0, 5.0), Range::degrees(-30.0, 30.0)];
-    builder.set_motion(elbow, Motion::Euler { order: EulerOrder::default(), ranges });
+    builder.set_motion(elbow, JointMotion::Euler { order: EulerOrder::default(), ranges });
     let rig = builder.build().unwrap();
     let clip = clip_of(&rig);
     let joints: Vec<JointId> = rig.ids().collect();
@@ -169,7 +169,7 @@ fn a_motion_comes_back_onto_the_file_of_its_rig() {
 fn an_angle_without_limits_goes_on_past_half_a_turn() {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("j1", None);
-    joint.motion = Motion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
+    joint.motion = JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
     let id = builder.add(joint);
     let rig = builder.build().unwrap();
     let poses = [170.0, 180.0, -170.0, -160.0].map(|degrees: f64| {

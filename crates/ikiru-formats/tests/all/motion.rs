@@ -3,7 +3,7 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_formats::{ErrorKind, Place, motion_csv, motion_json, read_motion_json};
-use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Mimic, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, EulerOrder, Joint, JointId, JointMotion, Mimic, Pose, Range, Rig, RigBuilder};
 use ikiru_testkit::allocations::peak;
 use ikiru_testkit::rigs::{Random, random_pose, rigs};
 use proptest::prelude::*;
@@ -28,22 +28,28 @@ fn all(rig: &Rig) -> Vec<JointId> {
 /// fixed one, and a free one that is no root.
 fn sample() -> Rig {
     let mut builder = RigBuilder::new();
-    let mut add = |name: &str, parent: Option<JointId>, motion: Motion, mimic: Option<Mimic>| {
+    let mut add = |name: &str, parent: Option<JointId>, motion: JointMotion, mimic: Option<Mimic>| {
         let mut joint = Joint::new(name, parent);
         joint.rest_translation = DVec3::Y;
         (joint.motion, joint.mimic) = (motion, mimic);
         builder.add(joint)
     };
-    let root = add("root", None, Motion::FREE, None);
-    let hinge = add("hinge", Some(root), Motion::Hinge { axis: DVec3::Y, range: Range::new(3.0, 9.0) }, None);
+    let root = add("root", None, JointMotion::FREE, None);
+    let hinge =
+        add("hinge", Some(root), JointMotion::Hinge { axis: DVec3::Y, range: Range::new(3.0, 9.0) }, None);
     let mimic = Mimic { leader: hinge, multiplier: 0.5, offset: 0.0 };
-    let follower = Motion::Hinge { axis: DVec3::X, range: Range::UNLIMITED };
+    let follower = JointMotion::Hinge { axis: DVec3::X, range: Range::UNLIMITED };
     add("follower", Some(hinge), follower, Some(mimic));
-    add("slider", Some(root), Motion::Slider { axis: DVec3::X, range: Range::UNLIMITED }, None);
-    add("euler", Some(root), Motion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] }, None);
-    add("ball", Some(root), Motion::BALL, None);
-    add("fixed", Some(root), Motion::Fixed, None);
-    add("loose", Some(root), Motion::FREE, None);
+    add("slider", Some(root), JointMotion::Slider { axis: DVec3::X, range: Range::UNLIMITED }, None);
+    add(
+        "euler",
+        Some(root),
+        JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] },
+        None,
+    );
+    add("ball", Some(root), JointMotion::BALL, None);
+    add("fixed", Some(root), JointMotion::Fixed, None);
+    add("loose", Some(root), JointMotion::FREE, None);
     builder.build().unwrap()
 }
 
@@ -114,22 +120,22 @@ proptest! {
                 let name = &joint.name;
                 let parts = |parts: &[&str]| -> Vec<f64> { parts.iter().map(|p| of(format!("{name}.{p}"))).collect() };
                 match joint.motion {
-                    Motion::Fixed => {
+                    JointMotion::Fixed => {
                         let prefix = format!("{name}.");
                         prop_assert!(names.iter().all(|name| !name.starts_with(&prefix)));
                     }
-                    Motion::Hinge { .. } => prop_assert_eq!(parts(&["angle_deg"])[0], pose.value(id).unwrap().to_degrees()),
-                    Motion::Slider { .. } => prop_assert_eq!(parts(&["offset"])[0], pose.value(id).unwrap()),
-                    Motion::Euler { .. } => prop_assert_eq!(
+                    JointMotion::Hinge { .. } => prop_assert_eq!(parts(&["angle_deg"])[0], pose.value(id).unwrap().to_degrees()),
+                    JointMotion::Slider { .. } => prop_assert_eq!(parts(&["offset"])[0], pose.value(id).unwrap()),
+                    JointMotion::Euler { .. } => prop_assert_eq!(
                         parts(&["x_deg", "y_deg", "z_deg"]), pose.euler(id).unwrap().map(f64::to_degrees)),
-                    Motion::Ball { .. } | Motion::Free { .. } => {
+                    JointMotion::Ball { .. } | JointMotion::Free { .. } => {
                         let q = DQuat::from_slice(&parts(&["x", "y", "z", "w"]));
                         prop_assert!(q == pose.rotation(id) || q == -pose.rotation(id));
                         let at = pose.translation(id).to_array();
                         if rig.root() == Some(id) {
                             let root = ["x", "y", "z"].map(|axis| of(format!("root_translation.{axis}")));
                             prop_assert_eq!(root, at);
-                        } else if matches!(joint.motion, Motion::Free { .. }) {
+                        } else if matches!(joint.motion, JointMotion::Free { .. }) {
                             prop_assert_eq!(parts(&["translation.x", "translation.y", "translation.z"]), at);
                         }
                     }
@@ -312,7 +318,7 @@ fn what_is_wrong_is_told_with_its_place() {
 fn joints_that_do_not_turn_or_translate_so_are_told() {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("arm", None);
-    joint.motion = Motion::Hinge { axis: DVec3::Y, range: Range::UNLIMITED };
+    joint.motion = JointMotion::Hinge { axis: DVec3::Y, range: Range::UNLIMITED };
     builder.add(joint);
     let rig = builder.build().unwrap();
     let read = |translation: [f64; 3], turn: [f64; 4]| {

@@ -4,7 +4,7 @@
 use crate::common::*;
 use glam::DVec3;
 use ikiru_formats::{BoneProblem, Warning, read, read_glb, read_gltf};
-use ikiru_rig::{Motion, Role};
+use ikiru_rig::{JointMotion, Role};
 use serde_json::{Value, json};
 
 #[test]
@@ -12,9 +12,9 @@ fn every_file_that_ships_loads_without_warnings() {
     for (name, n_joints, n_balls) in FILES {
         let loaded = read(path(name)).unwrap();
         assert_eq!(loaded.rig.n_joints(), n_joints, "{name}");
-        let balls = loaded.rig.joints().iter().filter(|j| j.motion == Motion::BALL).count();
+        let balls = loaded.rig.joints().iter().filter(|j| j.motion == JointMotion::BALL).count();
         assert_eq!(balls, n_balls, "{name}");
-        let others = loaded.rig.joints().iter().filter(|j| j.motion == Motion::Fixed).count();
+        let others = loaded.rig.joints().iter().filter(|j| j.motion == JointMotion::Fixed).count();
         assert_eq!(others, n_joints - n_balls, "{name}");
         assert_eq!(loaded.warnings, [], "{name}");
         assert!(loaded.clips.is_empty(), "{name}");

@@ -6,7 +6,7 @@ use crate::common::bvh::Reference;
 use crate::common::*;
 use glam::DVec3;
 use ikiru_formats::{Format, Loaded, Warning, read, read_glb, write_animated_glb, write_clip};
-use ikiru_rig::{Clip, Motion};
+use ikiru_rig::{Clip, JointMotion};
 use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::json;
 
@@ -26,7 +26,7 @@ fn a_free_roots_way_comes_back_from_the_file_that_has_it() {
         let mut builder = loaded.rig.to_builder();
         let root = builder.free_root().unwrap();
         // What carries a hand's bones may be a node that no skin uses.
-        let turned = loaded.rig.get(root).unwrap().motion != Motion::Fixed;
+        let turned = loaded.rig.get(root).unwrap().motion != JointMotion::Fixed;
         let loaded = loaded.with_rig(builder.build().unwrap()).unwrap();
         let mut random = Random::new(5);
         let poses: Vec<_> = (0..4).map(|_| random_pose(&loaded.rig, &mut random)).collect();
@@ -43,7 +43,7 @@ fn a_free_roots_way_comes_back_from_the_file_that_has_it() {
             if turned { vec!["translation"] } else { vec!["rotation", "translation"] },
             "{name}"
         );
-        assert!(again.rig.joints().iter().all(|joint| !matches!(joint.motion, Motion::Free { .. })));
+        assert!(again.rig.joints().iter().all(|joint| !matches!(joint.motion, JointMotion::Free { .. })));
         let again = again.carrying_clips().unwrap();
         assert_eq!(again.warnings, [], "{name}");
         for (a, b) in clip.poses().iter().zip(again.clips[0].poses()) {
@@ -80,9 +80,9 @@ fn hips_below_a_root_and_what_carries_them_move_and_props_do_not() {
     channel(&mut film, 4, "translation", times, on);
     let loaded = film.read().carrying_clips().unwrap();
     let motion = |name: &str| loaded.rig.get(loaded.rig.joint(name).unwrap()).unwrap().motion;
-    assert_eq!(motion("hip"), Motion::FREE);
-    assert_eq!(motion("armature"), Motion::FREE);
-    assert_eq!(motion("lamp"), Motion::Fixed);
+    assert_eq!(motion("hip"), JointMotion::FREE);
+    assert_eq!(motion("armature"), JointMotion::FREE);
+    assert_eq!(motion("lamp"), JointMotion::Fixed);
     assert!(
         matches!(&loaded.warnings[..], [Warning::ChannelsIgnored { first, count: 1, .. }] if first == "lamp")
     );

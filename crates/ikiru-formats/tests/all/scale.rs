@@ -4,7 +4,7 @@
 use crate::common::*;
 use glam::DVec3;
 use ikiru_formats::{Error, ErrorKind, Loaded, Place, Warning, read_glb, write_posed_glb};
-use ikiru_rig::{Motion, Role};
+use ikiru_rig::{JointMotion, Role};
 use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::{Value, json};
 
@@ -107,7 +107,7 @@ fn a_joint_that_is_made_to_turn_below_such_a_scale_is_refused_then() {
     document["nodes"][4]["scale"] = json!([1.0, 3.0, 0.5]);
     let loaded = load(&document).unwrap();
     let mut builder = loaded.rig.to_builder();
-    builder.set_motion(loaded.rig.joint("tip").unwrap(), Motion::BALL);
+    builder.set_motion(loaded.rig.joint("tip").unwrap(), JointMotion::BALL);
     let turning = builder.build().unwrap();
     let error = write_posed_glb(&loaded, &turning.rest_pose()).unwrap_err();
     assert!(error.to_string().contains("'j4' has the scale [1.0, 3.0, 0.5], and 'tip' turns below it"));

@@ -5,7 +5,7 @@ use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::read;
 use ikiru_rig::humanoid::{Reference, TransferError, normalised, t_pose, transfer};
-use ikiru_rig::{Clip, EulerOrder, Motion, Pose, Range, Rig, Role};
+use ikiru_rig::{Clip, EulerOrder, JointMotion, Pose, Range, Rig, Role};
 use ikiru_testkit::rigs::{Random, random_pose};
 
 fn rig(name: &str) -> Rig {
@@ -15,7 +15,7 @@ fn rig(name: &str) -> Rig {
 /// With hips that translate.
 fn free(rig: &Rig) -> Rig {
     let mut builder = rig.to_builder();
-    builder.set_motion(rig.role(Role::Hips).unwrap(), Motion::FREE);
+    builder.set_motion(rig.role(Role::Hips).unwrap(), JointMotion::FREE);
     builder.build().unwrap()
 }
 
@@ -205,8 +205,9 @@ fn euler_joints_go_the_short_way_and_hinges_as_far_as_they_can() {
     let source = rig("builtin:reference");
     let mut builder = source.to_builder();
     let (shoulder, elbow) = (source.joint("left_shoulder").unwrap(), source.joint("left_elbow").unwrap());
-    builder.set_motion(shoulder, Motion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] });
-    builder.set_motion(elbow, Motion::Hinge { axis: DVec3::Y, range: Range::UNLIMITED });
+    builder
+        .set_motion(shoulder, JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] });
+    builder.set_motion(elbow, JointMotion::Hinge { axis: DVec3::Y, range: Range::UNLIMITED });
     let target = builder.build().unwrap();
     let poses: Vec<Pose> = (0..40)
         .map(|i| {

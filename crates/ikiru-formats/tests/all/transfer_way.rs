@@ -7,7 +7,7 @@ use ikiru_formats::{
     BvhOptions, Loaded, read, read_bvh, read_vrma, write_animated_glb, write_bvh_clip, write_vrma,
 };
 use ikiru_rig::humanoid::{Reference, TransferWarning, t_pose, transfer};
-use ikiru_rig::{Clip, Joint, Motion, Pose, Rig, RigBuilder, RigError, Role};
+use ikiru_rig::{Clip, Joint, JointMotion, Pose, Rig, RigBuilder, RigError, Role};
 use serde_json::Value;
 
 const TARGETS: [&str; 4] = ["builtin:human", "mh_male_vrm1.vrm", "mh_male_vrm0.vrm", "mh_female_mixamo.glb"];
@@ -157,7 +157,7 @@ fn a_way_that_cannot_be_taken_is_told() {
     // Beside the character, another skeleton that moves: nothing carries both.
     let mut builder: RigBuilder = read("builtin:human").unwrap().rig.to_builder();
     let mut dog = Joint::new("dog", None);
-    dog.motion = Motion::BALL;
+    dog.motion = JointMotion::BALL;
     builder.add(dog);
     let target = builder.build().unwrap();
     let moved = transfer(&walk, &target, Reference::TPose).unwrap();

@@ -7,7 +7,7 @@ use crate::common::*;
 use glam::{DMat3, DQuat, DVec3};
 use ikiru_formats::urdf::UrdfWarning;
 use ikiru_formats::{Loaded, ShapeKind, Warning, read, read_urdf};
-use ikiru_rig::{Joint, Motion, Range};
+use ikiru_rig::{Joint, JointMotion, Range};
 
 /// A robot of links `a` to `d` and whatever else stands in it.
 fn robot(inside: &str) -> Loaded {
@@ -47,7 +47,10 @@ fn every_robot_loads() {
         assert!(warnings.iter().all(|w| w.contains("up")), "{warnings:?}");
         assert!(loaded.clips.is_empty() && loaded.source().is_none());
         // The root link, and every link by its own name or that of the joint above it.
-        assert_eq!((&loaded.rig.joints()[0].motion, loaded.rig.joints()[0].parent), (&Motion::Fixed, None));
+        assert_eq!(
+            (&loaded.rig.joints()[0].motion, loaded.rig.joints()[0].parent),
+            (&JointMotion::Fixed, None)
+        );
         assert!(loaded.rig.joints()[1..].iter().all(|j| j.parent.is_some()), "{name}");
     }
 }
@@ -65,11 +68,11 @@ fn the_limits_of_the_panda_are_those_of_its_data_sheet() {
         (-2.8973, 2.8973),
     ];
     for (number, (min, max)) in (1..).zip(ranges) {
-        let hinge = Motion::Hinge { axis: DVec3::Z, range: Range::new(min, max) };
+        let hinge = JointMotion::Hinge { axis: DVec3::Z, range: Range::new(min, max) };
         assert_eq!(joint(&panda, &format!("panda_joint{number}")).motion, hinge, "{number}");
     }
     let finger = |name, axis| {
-        assert_eq!(joint(&panda, name).motion, Motion::Slider { axis, range: Range::new(0.0, 0.04) });
+        assert_eq!(joint(&panda, name).motion, JointMotion::Slider { axis, range: Range::new(0.0, 0.04) });
     };
     finger("panda_finger_joint1", DVec3::Y);
     finger("panda_finger_joint2", DVec3::NEG_Y);
@@ -122,12 +125,12 @@ fn types_become_motions() {
     let limit = r#"<limit lower="-0.5" upper="1"/>"#;
     let (axis, range) = (DVec3::X, Range::new(-0.5, 1.0));
     let of = |kind, inside| joint(&chain(kind, inside), "one").motion;
-    assert_eq!(of("revolute", limit), Motion::Hinge { axis, range });
-    assert_eq!(of("prismatic", limit), Motion::Slider { axis, range });
-    assert_eq!(of("continuous", limit), Motion::Hinge { axis, range: Range::UNLIMITED });
-    assert_eq!(of("fixed", limit), Motion::Fixed);
-    assert_eq!(of("floating", ""), Motion::FREE);
-    assert_eq!(of("spherical", ""), Motion::BALL);
+    assert_eq!(of("revolute", limit), JointMotion::Hinge { axis, range });
+    assert_eq!(of("prismatic", limit), JointMotion::Slider { axis, range });
+    assert_eq!(of("continuous", limit), JointMotion::Hinge { axis, range: Range::UNLIMITED });
+    assert_eq!(of("fixed", limit), JointMotion::Fixed);
+    assert_eq!(of("floating", ""), JointMotion::FREE);
+    assert_eq!(of("spherical", ""), JointMotion::BALL);
     // One end alone leaves the other at 0; an infinite end is none.
     let range_of = |limit| of("revolute", limit).ranges()[0];
     assert_eq!(range_of(r#"<limit upper="2" effort="1"/>"#), Range::new(0.0, 2.0));
@@ -139,7 +142,7 @@ fn types_become_motions() {
 #[test]
 fn leftovers_in_joints_that_cannot_have_them_do_no_harm() {
     let leftovers = r#"<axis xyz="0 0 0"/><limit lower="2" upper="x"/><mimic joint="nobody"/>"#;
-    for (kind, motion) in [("fixed", Motion::Fixed), ("floating", Motion::FREE)] {
+    for (kind, motion) in [("fixed", JointMotion::Fixed), ("floating", JointMotion::FREE)] {
         let loaded = chain(kind, leftovers);
         assert_eq!(joint(&loaded, "one").motion, motion);
         assert_eq!(
@@ -161,7 +164,7 @@ fn a_limit_without_ends_means_zero_and_is_told() {
 fn axes_have_unit_length() {
     let axis = |xyz: &str| match joint(&chain("continuous", &format!(r#"<axis xyz="{xyz}"/>"#)), "one").motion
     {
-        Motion::Hinge { axis, .. } => axis,
+        JointMotion::Hinge { axis, .. } => axis,
         other => panic!("{other:?}"),
     };
     assert!(axis("0 -3 4").distance(DVec3::new(0.0, -0.6, 0.8)) < 1e-15);
@@ -169,7 +172,7 @@ fn axes_have_unit_length() {
     assert_eq!(axis("+0. -1e99 .0"), DVec3::NEG_Y);
     assert_eq!(
         joint(&chain("continuous", "<axis/>"), "one").motion,
-        Motion::Hinge { axis: DVec3::X, range: Range::UNLIMITED }
+        JointMotion::Hinge { axis: DVec3::X, range: Range::UNLIMITED }
     );
 }
 
@@ -195,10 +198,10 @@ fn planar_joints_are_two_sliders_and_a_hinge() {
         ("0 0 -1", DVec3::X, DVec3::NEG_Y),
     ] {
         let loaded = chain("planar", &format!(r#"<axis xyz="{axis}"/><origin xyz="0 0 5" rpy="0 0 1"/>"#));
-        let slider = |axis| Motion::Slider { axis, range: Range::UNLIMITED };
+        let slider = |axis| JointMotion::Slider { axis, range: Range::UNLIMITED };
         let [first, second, hinge] = ["one_x", "one_y", "one"].map(|name| joint(&loaded, name));
         assert_eq!((first.motion, second.motion), (slider(x), slider(y)));
-        assert!(matches!(hinge.motion, Motion::Hinge { range, .. } if range.is_unlimited()));
+        assert!(matches!(hinge.motion, JointMotion::Hinge { range, .. } if range.is_unlimited()));
         assert_eq!(first.rest_translation, DVec3::new(0.0, 0.0, 5.0));
         assert_eq!(second.rest_translation, DVec3::ZERO);
         assert_eq!(hinge.aliases, ["b"]);
@@ -240,7 +243,7 @@ fn names_of_links_give_way_to_those_of_sliders() {
         <joint name="plane" type="planar"><parent link="plane_x"/><child link="b"/></joint></robot>"#;
     let loaded = read_urdf(text.as_bytes(), "r.urdf").unwrap();
     let rig = &loaded.rig;
-    assert!(matches!(rig.get(rig.joint("plane_x").unwrap()).unwrap().motion, Motion::Slider { .. }));
+    assert!(matches!(rig.get(rig.joint("plane_x").unwrap()).unwrap().motion, JointMotion::Slider { .. }));
     assert!(joint(&loaded, "first").aliases.is_empty());
     let (link, joint) = ("plane_x".to_owned(), "first".to_owned());
     assert_eq!(loaded.warnings, [Warning::Urdf(UrdfWarning::LinkHidden { link, joint })]);
@@ -350,7 +353,7 @@ fn files_may_be_untidy() {
     let loaded = read_urdf(text.as_bytes(), "r.urdf").unwrap();
     assert_eq!(loaded.rig.joints()[0].name, "it's A");
     let loaded = chain("continuous", r#"<axis xyz="0 0 1"/><axis xyz="0 1 0"/>"#);
-    assert!(matches!(joint(&loaded, "one").motion, Motion::Hinge { axis: DVec3::Z, .. }));
+    assert!(matches!(joint(&loaded, "one").motion, JointMotion::Hinge { axis: DVec3::Z, .. }));
     assert_eq!(
         loaded.warnings[0].to_string(),
         "joint 'one' has another <axis> in line 1, the first was used"

@@ -5,7 +5,7 @@
 use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::read;
-use ikiru_rig::{Frame, Motion, Pose, Rig};
+use ikiru_rig::{Frame, JointMotion, Pose, Rig};
 use serde_json::Value;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -18,14 +18,16 @@ fn set(pose: &mut Pose, name: &str, values: &[f64]) {
     let rig = pose.rig().clone();
     let joint = rig.joint(name).unwrap();
     match (rig.get(joint).unwrap().motion, values) {
-        (Motion::Hinge { .. } | Motion::Slider { .. }, [value]) => pose.set_value(joint, *value).unwrap(),
-        (Motion::Hinge { .. }, [x, y, angle]) => {
+        (JointMotion::Hinge { .. } | JointMotion::Slider { .. }, [value]) => {
+            pose.set_value(joint, *value).unwrap();
+        }
+        (JointMotion::Hinge { .. }, [x, y, angle]) => {
             pose.set_value(rig.joint(&format!("{name}_x")).unwrap(), *x).unwrap();
             pose.set_value(rig.joint(&format!("{name}_y")).unwrap(), *y).unwrap();
             pose.set_value(joint, *angle).unwrap();
         }
-        (Motion::Ball { .. }, q) => pose.set_rotation(joint, DQuat::from_slice(q)).unwrap(),
-        (Motion::Free { .. }, both) => {
+        (JointMotion::Ball { .. }, q) => pose.set_rotation(joint, DQuat::from_slice(q)).unwrap(),
+        (JointMotion::Free { .. }, both) => {
             pose.set_translation(joint, DVec3::from_slice(both)).unwrap();
             pose.set_rotation(joint, DQuat::from_slice(&both[3..])).unwrap();
         }

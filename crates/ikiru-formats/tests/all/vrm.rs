@@ -58,7 +58,7 @@ fn a_root_that_moves_is_turned_back_and_a_clip_comes_back() {
     let mut builder = old.rig.to_builder();
     let root = ikiru_rig::JointId::from_index(0);
     // The very root of the file, where the turn is; the body stands apart from it.
-    builder.joints_mut()[0].motion = ikiru_rig::Motion::FREE;
+    builder.joints_mut()[0].motion = ikiru_rig::JointMotion::FREE;
     let old = old.with_rig(builder.build().unwrap()).unwrap();
     let mut pose = old.rig.rest_pose();
     let rest = pose.frame(root).origin.value();

@@ -5,7 +5,7 @@ use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::{ErrorKind, Warning, read, read_glb, read_vrma, write_animated_glb, write_vrma};
 use ikiru_rig::humanoid::{Reference, t_pose, transfer};
-use ikiru_rig::{Clip, Motion, Pose, Rig, Role};
+use ikiru_rig::{Clip, JointMotion, Pose, Rig, Role};
 use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 fn free(name: &str) -> Rig {
     let rig = read(path(name)).unwrap().rig;
     let mut builder = rig.to_builder();
-    builder.set_motion(rig.role(Role::Hips).unwrap(), Motion::FREE);
+    builder.set_motion(rig.role(Role::Hips).unwrap(), JointMotion::FREE);
     builder.build().unwrap()
 }
 
@@ -64,7 +64,7 @@ fn the_files_skeleton_rests_in_t_pose_with_axes_along_the_worlds() {
     for (id, joint) in rig.ids().zip(rig.joints()) {
         assert_eq!(joint.rest_rotation, DQuat::IDENTITY, "{}", joint.name);
         assert_eq!(joint.role.unwrap().name(), joint.name);
-        let expected = if joint.role == Some(Role::Hips) { Motion::FREE } else { Motion::BALL };
+        let expected = if joint.role == Some(Role::Hips) { JointMotion::FREE } else { JointMotion::BALL };
         assert_eq!(joint.motion, expected);
         let above = joint.role.unwrap().ancestors().find_map(|role| rig.role(role));
         assert_eq!(joint.parent, above, "{}", joint.name);

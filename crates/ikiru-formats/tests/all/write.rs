@@ -4,7 +4,7 @@
 use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::{Loaded, Warning, read, read_glb, read_gltf, write_posed_glb};
-use ikiru_rig::{EulerOrder, Joint, Motion, Range, RigBuilder};
+use ikiru_rig::{EulerOrder, Joint, JointMotion, Range, RigBuilder};
 use ikiru_testkit::rigs::{Random, random_pose};
 use serde_json::{Value, json};
 
@@ -45,7 +45,7 @@ fn random_poses_come_back_and_all_else_is_as_it_was() {
                 }
             }
             assert_eq!(after, before, "{name}: all but the rotations");
-            assert_eq!(turned, loaded.rig.joints().iter().filter(|j| j.motion == Motion::BALL).count());
+            assert_eq!(turned, loaded.rig.joints().iter().filter(|j| j.motion == JointMotion::BALL).count());
         }
     }
 }
@@ -125,10 +125,10 @@ fn other_motions_are_written_as_well() {
     let n_joints = loaded.rig.n_joints();
     for (idx, joint) in builder.joints_mut().iter_mut().enumerate() {
         joint.motion = match idx % 4 {
-            0 => Motion::Euler { order: EulerOrder::ALL[idx % 6], ranges: [Range::UNLIMITED; 3] },
-            1 => Motion::Hinge { axis: DVec3::Z, range: Range::degrees(-90.0, 90.0) },
-            2 => Motion::Slider { axis: DVec3::Y, range: Range::new(-0.1, 0.1) },
-            _ => Motion::FREE,
+            0 => JointMotion::Euler { order: EulerOrder::ALL[idx % 6], ranges: [Range::UNLIMITED; 3] },
+            1 => JointMotion::Hinge { axis: DVec3::Z, range: Range::degrees(-90.0, 90.0) },
+            2 => JointMotion::Slider { axis: DVec3::Y, range: Range::new(-0.1, 0.1) },
+            _ => JointMotion::FREE,
         };
     }
     let loaded = loaded.with_rig(builder.build().unwrap()).unwrap();
@@ -240,12 +240,12 @@ fn poses_as_json_have_the_members_of_each_motion() {
     let rig = read_glb(&glb(&leg(), None), "leg.glb").unwrap().rig;
     let ids: Vec<_> = rig.ids().collect();
     let mut builder = rig.to_builder();
-    builder.set_motion(ids[0], Motion::FREE);
-    builder.set_motion(ids[1], Motion::Hinge { axis: DVec3::X, range: Range::UNLIMITED });
-    let euler = Motion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] };
+    builder.set_motion(ids[0], JointMotion::FREE);
+    builder.set_motion(ids[1], JointMotion::Hinge { axis: DVec3::X, range: Range::UNLIMITED });
+    let euler = JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] };
     builder.set_motion(ids[2], euler);
     let mut slider = Joint::new("rail", Some(ids[0]));
-    slider.motion = Motion::Slider { axis: DVec3::X, range: Range::UNLIMITED };
+    slider.motion = JointMotion::Slider { axis: DVec3::X, range: Range::UNLIMITED };
     let rail = builder.add(slider);
     let rig = builder.build().unwrap();
     let mut pose = rig.rest_pose();
@@ -271,7 +271,7 @@ fn what_floats_beside_the_root_keeps_its_translation_in_json() {
     let mut builder = RigBuilder::new();
     for name in ["figure", "ball"] {
         let mut joint = Joint::new(name, None);
-        joint.motion = Motion::FREE;
+        joint.motion = JointMotion::FREE;
         builder.add(joint);
     }
     let rig = builder.build().unwrap();

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::Clip;
 use super::curve::{Curve, Dofs};
 use super::rate_bound::RateBounds;
-use super::rates::{Part, Peak, Rate};
+use super::rates::{Peak, Rate, RatePart};
 use crate::joint::JointId;
 use crate::pose::Pose;
 
@@ -71,7 +71,7 @@ impl Clip {
     /// Found by dense sampling and refinement, to about a millionth. Where a cone makes the ball leap, it is at
     /// least the mean speed over an eighth of the way between two poses.
     #[must_use]
-    pub fn peak_speed(&self, joint: JointId, part: Part) -> Peak {
+    pub fn peak_speed(&self, joint: JointId, part: RatePart) -> Peak {
         self.peak(joint, part, Rate::Speed)
     }
 
@@ -80,16 +80,16 @@ impl Clip {
     /// it is
     /// only known to be large: at least the mean over an eighth of the way between two poses.
     #[must_use]
-    pub fn peak_acceleration(&self, joint: JointId, part: Part) -> Peak {
+    pub fn peak_acceleration(&self, joint: JointId, part: RatePart) -> Peak {
         self.peak(joint, part, Rate::Acceleration)
     }
 
-    fn peak(&self, joint: JointId, part: Part, rate: Rate) -> Peak {
+    fn peak(&self, joint: JointId, part: RatePart, rate: Rate) -> Peak {
         self.peak_above(joint, part, rate, 0.0).unwrap_or(Peak { value: 0.0, secs: self.times[0] })
     }
 
     /// The largest speed or acceleration of a joint, where that is above `floor`.
-    pub(super) fn peak_above(&self, joint: JointId, part: Part, rate: Rate, floor: f64) -> Option<Peak> {
+    pub(super) fn peak_above(&self, joint: JointId, part: RatePart, rate: Rate, floor: f64) -> Option<Peak> {
         let dofs = part.dofs(self.rig(), joint);
         let mut peak: Option<Peak> = None;
         if dofs.is_empty() {

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Clip;
 use super::turn::{rate_of_log, velocity_of_exp};
-use crate::joint::{JointId, Motion};
+use crate::joint::{JointId, JointMotion};
 use crate::limit::Range;
 use crate::pose::{difference_joint, project_joint, retract_joint};
 
@@ -19,7 +19,7 @@ pub(super) type Coords = [f64; 7];
 /// `φ` lies in the tangent space of the pose on the left: it is 0 there, the difference to the next pose at 1, and
 /// its slopes give both poses the velocity that the neighbours on either side of them agree on.
 pub(super) struct Curve<'c> {
-    motion: &'c Motion,
+    motion: &'c JointMotion,
     n_coords: usize,
     left: Coords,
     /// From the left pose to the right one.
@@ -109,10 +109,10 @@ impl<'c> Curve<'c> {
 }
 
 /// Where the three degrees of freedom of a ball stand among those of a joint.
-fn rotation_dofs(motion: &Motion) -> Option<usize> {
+fn rotation_dofs(motion: &JointMotion) -> Option<usize> {
     match motion {
-        Motion::Ball { .. } => Some(0),
-        Motion::Free { .. } => Some(3),
+        JointMotion::Ball { .. } => Some(0),
+        JointMotion::Free { .. } => Some(3),
         _ => None,
     }
 }
@@ -121,7 +121,7 @@ fn rotation_dofs(motion: &Motion) -> Option<usize> {
 struct Keys<'c> {
     clip: &'c Clip,
     joint: JointId,
-    motion: &'c Motion,
+    motion: &'c JointMotion,
     rotation: Option<usize>,
 }
 

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::Clip;
-use super::rates::{Part, Rate, RateSummary};
-use crate::joint::{JointId, Motion};
+use super::rates::{Rate, RatePart, RateSummary};
+use crate::joint::{JointId, JointMotion};
 use crate::kinematics::rest_frame;
 use crate::pose::Pose;
 use crate::rig::Rig;
@@ -63,7 +63,7 @@ impl Clip {
         let joints: Vec<JointId> = self.moving().collect();
         let [speed, acceleration, jerk] = Rate::ALL.map(|rate| {
             let rates = self.rates(rate);
-            [Part::Rotation, Part::Translation].map(|part| rates.summary(&joints, part))
+            [RatePart::Rotation, RatePart::Translation].map(|part| rates.summary(&joints, part))
         });
         let of = |part: usize| RateSummaries {
             speed: speed[part],
@@ -112,7 +112,7 @@ impl Clip {
             for joint in &limited {
                 let value = pose.limit_margin_of(*joint);
                 let is_slider =
-                    self.rig().get(*joint).is_some_and(|j| matches!(j.motion, Motion::Slider { .. }));
+                    self.rig().get(*joint).is_some_and(|j| matches!(j.motion, JointMotion::Slider { .. }));
                 let slot = if is_slider { &mut nearest.translation } else { &mut nearest.rotation };
                 if value.is_finite() && slot.is_none_or(|margin| value < margin.value) {
                     *slot = Some(Margin { joint: *joint, secs, value });

@@ -19,7 +19,7 @@ mod unwrap;
 
 pub use measure::{ClipMeasure, LimitMargin, Margin, RateSummaries};
 pub use rate_limit::{RateExcess, RateLimit};
-pub use rates::{Part, Peak, Rate, RateSummary, Rates};
+pub use rates::{Peak, Rate, RatePart, RateSummary, Rates};
 pub use retime::Retimed;
 
 use crate::pose::Pose;
@@ -99,7 +99,7 @@ pub enum ClipError {
         /// Name of the joint.
         joint: String,
         /// What of its motion was to be limited.
-        part: Part,
+        part: RatePart,
         /// Its speed or its acceleration.
         rate: Rate,
         /// What was given.
@@ -113,7 +113,7 @@ pub enum ClipError {
         /// How it moves.
         motion: &'static str,
         /// What of its motion was to be limited.
-        part: Part,
+        part: RatePart,
     },
     /// A joint with a limit whose numbers are not finite, so that nobody can say how fast it moves.
     #[error("pose {pose}: the numbers of joint '{joint}' must be finite for its speed to be limited")]

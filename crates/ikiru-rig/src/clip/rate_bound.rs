@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::Clip;
 use super::rates::Rate;
-use crate::joint::{JointId, Motion};
+use crate::joint::{JointId, JointMotion};
 use crate::pose::difference_joint;
 
 /// By how much the slope of a rotation vector can be longer than the angular velocity that it gives, for turns of at
@@ -65,7 +65,8 @@ impl<'c> RateBounds<'c> {
             return f64::INFINITY;
         }
         let secs = times[before + 1] - times[before];
-        let stretch = if let Motion::Ball { .. } | Motion::Free { .. } = motion { MOST_STRETCH } else { 1.0 };
+        let stretch =
+            if let JointMotion::Ball { .. } | JointMotion::Free { .. } = motion { MOST_STRETCH } else { 1.0 };
         // The velocity of the parabola through three poses, carried to the middle way's own time.
         let slope = |way_beside: f64, secs_beside: f64| {
             stretch * (way_beside * secs * secs / secs_beside + way * secs_beside) / (secs + secs_beside)
@@ -107,7 +108,7 @@ impl Iterator for RateBounds<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clip::Part;
+    use crate::clip::RatePart;
     use crate::joint::{EulerOrder, Joint};
     use crate::limit::Cone;
     use crate::limit::Range as Limits;
@@ -120,13 +121,13 @@ mod tests {
         let cone = Cone::new(DVec3::Y, [0.7, 0.4], Limits::new(-0.5, 0.6)).unwrap();
         let mut builder = RigBuilder::new();
         for (idx, motion) in [
-            Motion::Hinge { axis, range: Limits::new(-1.0, 2.0) },
-            Motion::Hinge { axis, range: Limits::UNLIMITED },
-            Motion::Slider { axis, range: Limits::new(-0.2, 0.3) },
-            Motion::Euler { order: EulerOrder::Zyx, ranges: [Limits::new(-1.0, 1.5); 3] },
-            Motion::Ball { cone: None },
-            Motion::Ball { cone: Some(cone) },
-            Motion::Free { cone: None },
+            JointMotion::Hinge { axis, range: Limits::new(-1.0, 2.0) },
+            JointMotion::Hinge { axis, range: Limits::UNLIMITED },
+            JointMotion::Slider { axis, range: Limits::new(-0.2, 0.3) },
+            JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Limits::new(-1.0, 1.5); 3] },
+            JointMotion::Ball { cone: None },
+            JointMotion::Ball { cone: Some(cone) },
+            JointMotion::Free { cone: None },
         ]
         .into_iter()
         .enumerate()
@@ -163,7 +164,7 @@ mod tests {
             }
             let clip = Clip::new("", times, poses).unwrap();
             for joint in clip.moving() {
-                for part in [Part::Rotation, Part::Translation] {
+                for part in [RatePart::Rotation, RatePart::Translation] {
                     let dofs = part.dofs(&rig, joint);
                     for rate in [Rate::Speed, Rate::Acceleration] {
                         let mut largest = 0.0_f64;

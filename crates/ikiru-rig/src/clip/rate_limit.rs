@@ -1,6 +1,6 @@
 //! The most that a joint's speed or acceleration may be, and where a clip goes beyond it.
 
-use super::rates::{Part, Peak, Rate};
+use super::rates::{Peak, Rate, RatePart};
 use super::{Clip, ClipError};
 use crate::joint::JointId;
 use crate::pose::Pose;
@@ -16,7 +16,7 @@ pub struct RateLimit {
     pub joint: JointId,
     /// What of its motion is limited. The length over its degrees of freedom is meant, as in
     /// [`Clip::peak_speed`].
-    pub part: Part,
+    pub part: RatePart,
     /// [`Rate::Speed`] or [`Rate::Acceleration`]; a jerk is refused.
     pub rate: Rate,
     /// Above 0: rad/s or m/s for a speed, rad/s² or m/s² for an acceleration.

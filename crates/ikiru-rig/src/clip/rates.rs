@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Clip;
-use crate::joint::{JointId, Motion};
+use crate::joint::{JointId, JointMotion};
 use crate::rig::Rig;
 
 /// A derivative of a motion by time.
@@ -39,14 +39,14 @@ impl Rate {
 
 /// What of a joint's motion is measured: radians and metres cannot be added up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Part {
+pub enum RatePart {
     /// Hinges, Euler angles, balls, and the turning of free joints: radians.
     Rotation,
     /// Sliders, and the moving of free joints: metres.
     Translation,
 }
 
-impl Part {
+impl RatePart {
     /// What it is called in messages.
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -77,10 +77,10 @@ impl Part {
     pub(super) fn dofs(self, rig: &Rig, joint: JointId) -> Range<usize> {
         let Some(data) = rig.get(joint).filter(|data| data.n_dofs() > 0) else { return 0..0 };
         match (data.motion, self) {
-            (Motion::Slider { .. }, Self::Translation) => 0..1,
-            (Motion::Free { .. }, Self::Translation) => 0..3,
-            (Motion::Free { .. }, Self::Rotation) => 3..6,
-            (Motion::Slider { .. }, Self::Rotation) | (_, Self::Translation) => 0..0,
+            (JointMotion::Slider { .. }, Self::Translation) => 0..1,
+            (JointMotion::Free { .. }, Self::Translation) => 0..3,
+            (JointMotion::Free { .. }, Self::Rotation) => 3..6,
+            (JointMotion::Slider { .. }, Self::Rotation) | (_, Self::Translation) => 0..0,
             (motion, Self::Rotation) => 0..motion.n_dofs(),
         }
     }
@@ -216,7 +216,7 @@ impl Rates {
     }
 
     /// One joint's rotation or translation over time: the length over its degrees of freedom.
-    pub fn of_joint(&self, joint: JointId, part: Part) -> impl ExactSizeIterator<Item = f64> + '_ {
+    pub fn of_joint(&self, joint: JointId, part: RatePart) -> impl ExactSizeIterator<Item = f64> + '_ {
         let (start, dofs) = (self.rig.dofs_of(joint).start, part.dofs(&self.rig, joint));
         let at = start + dofs.start..start + dofs.end;
         (0..self.times.len()).map(move |idx| {
@@ -227,7 +227,7 @@ impl Rates {
 
     /// Peak, mean and integral over some joints, each listed once.
     #[must_use]
-    pub fn summary(&self, joints: &[JointId], part: Part) -> RateSummary {
+    pub fn summary(&self, joints: &[JointId], part: RatePart) -> RateSummary {
         let mut summary = RateSummary::default();
         for joint in joints {
             for (idx, length) in self.of_joint(*joint, part).enumerate() {

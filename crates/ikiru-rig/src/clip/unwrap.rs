@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::Clip;
-use crate::joint::Motion;
+use crate::joint::JointMotion;
 use crate::rig::Rig;
 
 impl Clip {
@@ -41,7 +41,7 @@ fn wrapping(rig: &Rig) -> Vec<usize> {
     }
     let mut coords = Vec::new();
     for (id, joint) in rig.ids().zip(rig.joints()) {
-        let turns = matches!(joint.motion, Motion::Hinge { .. } | Motion::Euler { .. });
+        let turns = matches!(joint.motion, JointMotion::Hinge { .. } | JointMotion::Euler { .. });
         if turns && joint.mimic.is_none() && !is_led[id.index()] {
             let ranges = joint.motion.ranges().iter().zip(rig.coords_of(id));
             coords.extend(ranges.filter(|(range, _)| range.is_unlimited()).map(|(_, at)| at));
@@ -62,11 +62,11 @@ mod tests {
     fn turning(range: Range) -> Rig {
         let mut builder = RigBuilder::new();
         let mut hinge = Joint::new("hinge", None);
-        hinge.motion = Motion::Hinge { axis: DVec3::Z, range };
+        hinge.motion = JointMotion::Hinge { axis: DVec3::Z, range };
         builder.add(hinge);
         let mut euler = Joint::new("euler", None);
         let ranges = [Range::UNLIMITED, Range::degrees(-400.0, 400.0), Range::UNLIMITED];
-        euler.motion = Motion::Euler { order: EulerOrder::Zyx, ranges };
+        euler.motion = JointMotion::Euler { order: EulerOrder::Zyx, ranges };
         builder.add(euler);
         builder.build().unwrap()
     }

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::humanoid::way::{foot, stands};
 use crate::humanoid::{Role, facing};
-use crate::joint::{Joint, JointId, Motion};
+use crate::joint::{Joint, JointId, JointMotion};
 use crate::maths;
 use crate::pose::Pose;
 use crate::rig::{Rig, RigBuilder, RigError};
@@ -79,8 +79,8 @@ fn turn(pose: &mut Pose, joint: JointId, by: DQuat) {
     }
 }
 
-pub(super) fn turns_freely(motion: &Motion) -> bool {
-    matches!(motion, Motion::Ball { .. } | Motion::Free { .. } | Motion::Euler { .. })
+pub(super) fn turns_freely(motion: &JointMotion) -> bool {
+    matches!(motion, JointMotion::Ball { .. } | JointMotion::Free { .. } | JointMotion::Euler { .. })
 }
 
 /// The skeleton of a rig's humanoid bones alone, as VRM calls it normalised: one joint a role, called by its
@@ -104,7 +104,7 @@ pub fn normalised(rig: &Rig) -> Result<Rig, RigError> {
         if above.is_none() {
             joint.rest_translation.y += lift;
         }
-        joint.motion = if role == Role::Hips { Motion::FREE } else { Motion::BALL };
+        joint.motion = if role == Role::Hips { JointMotion::FREE } else { JointMotion::BALL };
         joint.role = Some(role);
         ids[role as usize] = Some(builder.add(joint));
     }

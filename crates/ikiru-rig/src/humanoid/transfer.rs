@@ -6,7 +6,7 @@ use crate::clip::{Clip, ClipError};
 use crate::humanoid::t_pose::{t_pose, turns_freely};
 use crate::humanoid::way::Way;
 use crate::humanoid::{Role, facing};
-use crate::joint::{JointId, Motion};
+use crate::joint::{JointId, JointMotion};
 use crate::maths;
 use crate::pose::{Pose, PoseError};
 use crate::rig::{Rig, RigError};
@@ -93,7 +93,7 @@ pub enum TransferError {
 /// about its axis as far as that rotation does. Limits are not applied; see [`Pose::project`].
 ///
 /// The way of the hips from the reference, times the ratio of the hips' heights over the feet (of the lengths
-/// of the trunk, where a rig has no feet), goes to the nearest [free](Motion::Free) joint at or above the
+/// of the trunk, where a rig has no feet), goes to the nearest [free](JointMotion::Free) joint at or above the
 /// target's hips. A target without one gets one, where the hips move at all: its root floats
 /// ([`RigBuilder::free_root`](crate::RigBuilder::free_root)), and the clip is one of that rig, which has the target's joints at the
 /// target's places. Many motion files rest with the hips at the origin and move over the ground: on a target
@@ -180,11 +180,11 @@ impl Map {
 fn set(pose: &mut Pose, id: JointId, rotation: DQuat, before: Option<&Pose>) -> Result<(), PoseError> {
     let Some(joint) = pose.rig().get(id) else { return Ok(()) };
     match (joint.motion, joint.mimic) {
-        (Motion::Euler { order, .. }, _) => {
+        (JointMotion::Euler { order, .. }, _) => {
             let previous = before.and_then(|pose| pose.euler(id)).unwrap_or_default();
             pose.set_euler(id, order.angles_near(rotation, previous))
         }
-        (Motion::Hinge { axis, .. }, None) => {
+        (JointMotion::Hinge { axis, .. }, None) => {
             let angle = 2.0 * maths::atan2(rotation.xyz().dot(axis), rotation.w);
             pose.set_value(id, angle - std::f64::consts::TAU * (angle / std::f64::consts::TAU).round())
         }

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use crate::clip::Clip;
 use crate::humanoid::Role;
 use crate::humanoid::transfer::TransferWarning;
-use crate::joint::{JointId, Motion};
+use crate::joint::{JointId, JointMotion};
 use crate::pose::{Pose, PoseError};
 use crate::rig::{Rig, RigError};
 
@@ -66,7 +66,7 @@ impl Way {
 
 /// The nearest free joint at or above the hips of a rig; without one, the root floats of the rig that comes back.
 fn carrier(target: &Rig, hips: JointId) -> Result<(Rig, JointId), RigError> {
-    let floats = |id: &JointId| matches!(target.joints()[id.index()].motion, Motion::Free { .. });
+    let floats = |id: &JointId| matches!(target.joints()[id.index()].motion, JointMotion::Free { .. });
     if let Some(joint) = target.ancestors(hips).find(floats) {
         return Ok((target.clone(), joint));
     }

@@ -3,7 +3,8 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{
-    Clip, ClipError, Cone, Joint, JointId, Motion, Part, Pose, Range, Rate, Rig, RigBuilder, rotation_vector,
+    Clip, ClipError, Cone, Joint, JointId, JointMotion, Pose, Range, Rate, RatePart, Rig, RigBuilder,
+    rotation_vector,
 };
 use ikiru_testkit::rigs::{Random, random_pose, random_rig, random_walk, rigs};
 use proptest::prelude::*;
@@ -12,8 +13,8 @@ fn without_cones(rig: &Rig) -> Rig {
     let mut builder = rig.to_builder();
     for (id, joint) in rig.ids().zip(rig.joints()) {
         match joint.motion {
-            Motion::Ball { .. } => drop(builder.set_motion(id, Motion::BALL)),
-            Motion::Free { .. } => drop(builder.set_motion(id, Motion::FREE)),
+            JointMotion::Ball { .. } => drop(builder.set_motion(id, JointMotion::BALL)),
+            JointMotion::Free { .. } => drop(builder.set_motion(id, JointMotion::FREE)),
             _ => {}
         }
     }
@@ -24,8 +25,8 @@ fn without_limits(rig: &Rig) -> Rig {
     let mut builder = without_cones(rig).to_builder();
     for joint in builder.joints_mut() {
         match &mut joint.motion {
-            Motion::Hinge { range, .. } | Motion::Slider { range, .. } => *range = Range::UNLIMITED,
-            Motion::Euler { ranges, .. } => *ranges = [Range::UNLIMITED; 3],
+            JointMotion::Hinge { range, .. } | JointMotion::Slider { range, .. } => *range = Range::UNLIMITED,
+            JointMotion::Euler { ranges, .. } => *ranges = [Range::UNLIMITED; 3],
             _ => {}
         }
     }
@@ -143,7 +144,7 @@ proptest! {
         let mut poses = clip.poses().to_vec();
         for pose in &mut poses {
             for id in rig.ids() {
-                if matches!(rig.get(id).unwrap().motion, Motion::Ball { .. } | Motion::Free { .. })
+                if matches!(rig.get(id).unwrap().motion, JointMotion::Ball { .. } | JointMotion::Free { .. })
                     && random.unit() < 0.5
                 {
                     pose.set_rotation(id, -pose.rotation(id)).unwrap();
@@ -221,16 +222,16 @@ proptest! {
             .map(|i| clip.velocity_cubic(clip.times()[0] + clip.duration_secs() * f64::from(i) / 400.0))
             .collect();
         for joint in rig.ids() {
-            for part in [Part::Rotation, Part::Translation] {
+            for part in [RatePart::Rotation, RatePart::Translation] {
                 let (speed, acceleration) = (clip.peak_speed(joint, part), clip.peak_acceleration(joint, part));
                 let length = |velocity: &[f64]| {
                     let own = &velocity[rig.dofs_of(joint)];
                     let own = match (&rig.get(joint).unwrap().motion, part) {
-                        (Motion::Free { .. }, Part::Translation) => &own[..3],
-                        (Motion::Free { .. }, Part::Rotation) => &own[3..],
-                        (Motion::Slider { .. }, Part::Translation) => own,
-                        (Motion::Slider { .. }, Part::Rotation) | (_, Part::Translation) => &[],
-                        (_, Part::Rotation) => own,
+                        (JointMotion::Free { .. }, RatePart::Translation) => &own[..3],
+                        (JointMotion::Free { .. }, RatePart::Rotation) => &own[3..],
+                        (JointMotion::Slider { .. }, RatePart::Translation) => own,
+                        (JointMotion::Slider { .. }, RatePart::Rotation) | (_, RatePart::Translation) => &[],
+                        (_, RatePart::Rotation) => own,
                     };
                     own.iter().map(|v| v * v).sum::<f64>().sqrt()
                 };
@@ -247,7 +248,7 @@ proptest! {
 fn hinge(range: Range) -> (Rig, JointId) {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("hinge", None);
-    joint.motion = Motion::Hinge { axis: DVec3::Z, range };
+    joint.motion = JointMotion::Hinge { axis: DVec3::Z, range };
     let id = builder.add(joint);
     let mut tip = Joint::new("tip", Some(id));
     tip.rest_translation = DVec3::X * 0.5;
@@ -284,8 +285,8 @@ fn a_parabola_comes_out_exactly_at_any_spacing() {
     }
     // Its measures at any spacing as well: the fastest at the end, always as strongly accelerated, no jerk.
     let hinge = JointId::from_index(0);
-    assert!((clip.peak_speed(hinge, Part::Rotation).value - 5.0).abs() < 1e-6);
-    assert!((clip.peak_acceleration(hinge, Part::Rotation).value - 4.0).abs() < 1e-6);
+    assert!((clip.peak_speed(hinge, RatePart::Rotation).value - 5.0).abs() < 1e-6);
+    assert!((clip.peak_acceleration(hinge, RatePart::Rotation).value - 4.0).abs() < 1e-6);
     assert!(clip.rates(Rate::Acceleration).of_dof(0).all(|a| (a + 4.0).abs() < 1e-10));
     let measure = clip.measure();
     assert!((measure.rotation.acceleration.rms - 4.0).abs() < 1e-10);
@@ -316,14 +317,14 @@ fn rates_of_a_sine_are_those_of_a_sine() {
         for (secs, value) in rates.times().iter().zip(rates.of_dof(0)) {
             assert!((value - most * (omega * secs + phase).sin()).abs() < 1e-4 * most, "{rate:?}");
         }
-        let summary = rates.summary(&[JointId::from_index(0), JointId::from_index(1)], Part::Rotation);
+        let summary = rates.summary(&[JointId::from_index(0), JointId::from_index(1)], RatePart::Rotation);
         assert_eq!(
             (summary.peak, summary.peak_joint),
             (rates.peak_of(0).value, Some(JointId::from_index(0)))
         );
         assert_eq!((summary.rms, summary.integral), (rates.rms_of(0), rates.integral_of(0)));
     }
-    let peak = clip.peak_speed(JointId::from_index(0), Part::Rotation);
+    let peak = clip.peak_speed(JointId::from_index(0), RatePart::Rotation);
     assert!((peak.value / (amplitude * omega) - 1.0).abs() < 1e-4);
     // The tip, half a metre out, swings over four amplitudes a second.
     let travelled = clip.path_length(JointId::from_index(1));
@@ -340,7 +341,7 @@ fn a_turn_about_a_moving_axis_is_measured_on_the_manifold() {
     // A free joint that turns at 2 rad/s about y and moves at 3 m/s: nothing else, wherever it is turned to.
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("free", None);
-    joint.motion = Motion::FREE;
+    joint.motion = JointMotion::FREE;
     joint.rest_rotation = DQuat::from_rotation_x(0.7);
     let id = builder.add(joint);
     let rig = builder.build().unwrap();
@@ -361,8 +362,8 @@ fn a_turn_about_a_moving_axis_is_measured_on_the_manifold() {
     assert!((measure.translation.speed.integral - 9.0 * 2.9).abs() < 1e-12);
     assert!(measure.rotation.acceleration.peak < 1e-10 && measure.translation.jerk.peak < 1e-10);
     assert!((clip.path_length(id) - 8.7).abs() < 1e-9);
-    assert!((clip.peak_speed(id, Part::Rotation).value - 2.0).abs() < 1e-10);
-    assert!((clip.peak_speed(id, Part::Translation).value - 3.0).abs() < 1e-10);
+    assert!((clip.peak_speed(id, RatePart::Rotation).value - 2.0).abs() < 1e-10);
+    assert!((clip.peak_speed(id, RatePart::Translation).value - 3.0).abs() < 1e-10);
     assert_eq!(clip.limit_margin(), ikiru_rig::LimitMargin::default());
 }
 
@@ -371,7 +372,7 @@ fn a_ball_is_smooth_where_its_quaternion_changes_sign() {
     // A whole turn and a half, in steps of 100°, the quaternions all with w ≥ 0.
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("ball", None);
-    joint.motion = Motion::BALL;
+    joint.motion = JointMotion::BALL;
     let id = builder.add(joint);
     let rig = builder.build().unwrap();
     let axis = DVec3::new(0.6, 0.0, 0.8);
@@ -406,7 +407,7 @@ fn curves_of_ranges_and_cones_stop_at_the_limit() {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("ball", None);
     let cone = Cone::new(DVec3::Y, [1.0, 1.0], Range::new(-0.5, 0.5)).unwrap();
-    joint.motion = Motion::Ball { cone: Some(cone) };
+    joint.motion = JointMotion::Ball { cone: Some(cone) };
     let id = builder.add(joint);
     let rig = builder.build().unwrap();
     let poses = angles
@@ -476,6 +477,6 @@ fn poses_with_numbers_that_are_not_finite_do_not_panic() {
     clip = Clip::new("", clip.times().to_vec(), poses).unwrap();
     let _ = (clip.sample_cubic(clip.times()[1] + 0.01), clip.velocity_cubic(clip.times()[2]), clip.measure());
     for joint in clip.rig().ids() {
-        let _ = (clip.peak_speed(joint, Part::Rotation), clip.path_length(joint));
+        let _ = (clip.peak_speed(joint, RatePart::Rotation), clip.path_length(joint));
     }
 }

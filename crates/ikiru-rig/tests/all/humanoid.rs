@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use ikiru_rig::humanoid::{Assignment, RoleMapError, RoleProblem, assign};
-use ikiru_rig::{Joint, JointId, Motion, Rig, RigBuilder, Role};
+use ikiru_rig::{Joint, JointId, JointMotion, Rig, RigBuilder, Role};
 
 /// A rig from `name parent x y z` a line, `-` for no parent; the offset may be left out.
 fn rig(text: &str) -> Rig {
@@ -352,7 +352,7 @@ fn what_carries_legs_and_trunk_side_by_side_is_the_hips() {
     // It is what floats, and takes legs and trunk along.
     let mut builder = skeleton.to_builder();
     for joint in builder.joints_mut() {
-        joint.motion = Motion::BALL;
+        joint.motion = JointMotion::BALL;
     }
     builder.assign_roles();
     let root = builder.free_root().unwrap();

@@ -3,7 +3,7 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{
-    Clip, ClipError, Joint, JointId, Mimic, Motion, Part, Range, Rate, RateLimit, Rig, RigBuilder,
+    Clip, ClipError, Joint, JointId, JointMotion, Mimic, Range, Rate, RateLimit, RatePart, Rig, RigBuilder,
 };
 
 /// A hinge, a slider, one that follows the hinge, a fixed joint and a free one.
@@ -11,11 +11,11 @@ fn rig() -> Rig {
     let mut builder = RigBuilder::new();
     let range = Range::new(-100.0, 100.0);
     let motions = [
-        Motion::Hinge { axis: DVec3::Z, range },
-        Motion::Slider { axis: DVec3::X, range },
-        Motion::Hinge { axis: DVec3::X, range: Range::UNLIMITED },
-        Motion::Fixed,
-        Motion::FREE,
+        JointMotion::Hinge { axis: DVec3::Z, range },
+        JointMotion::Slider { axis: DVec3::X, range },
+        JointMotion::Hinge { axis: DVec3::X, range: Range::UNLIMITED },
+        JointMotion::Fixed,
+        JointMotion::FREE,
     ];
     for (name, motion) in ["hinge", "slider", "follower", "fixed", "free"].into_iter().zip(motions) {
         let mut joint = Joint::new(name, None);
@@ -43,7 +43,7 @@ fn clip(rig: &Rig) -> Clip {
     Clip::new("clip", times, poses).unwrap()
 }
 
-fn limit(joint: usize, part: Part, rate: Rate, most: f64) -> RateLimit {
+fn limit(joint: usize, part: RatePart, rate: Rate, most: f64) -> RateLimit {
     RateLimit { joint: JointId::from_index(joint), part, rate, most }
 }
 
@@ -51,13 +51,13 @@ fn limit(joint: usize, part: Part, rate: Rate, most: f64) -> RateLimit {
 fn what_is_exceeded_is_told_with_its_peak_the_worst_first() {
     let clip = clip(&rig());
     let limits = [
-        limit(0, Part::Rotation, Rate::Speed, 3.0),
-        limit(0, Part::Rotation, Rate::Acceleration, 2.1),
-        limit(1, Part::Translation, Rate::Speed, 1.0),
-        limit(1, Part::Translation, Rate::Acceleration, 1e-6),
-        limit(4, Part::Translation, Rate::Speed, 4.0),
-        limit(4, Part::Rotation, Rate::Speed, 0.6),
-        limit(4, Part::Rotation, Rate::Speed, 0.45),
+        limit(0, RatePart::Rotation, Rate::Speed, 3.0),
+        limit(0, RatePart::Rotation, Rate::Acceleration, 2.1),
+        limit(1, RatePart::Translation, Rate::Speed, 1.0),
+        limit(1, RatePart::Translation, Rate::Acceleration, 1e-6),
+        limit(4, RatePart::Translation, Rate::Speed, 4.0),
+        limit(4, RatePart::Rotation, Rate::Speed, 0.6),
+        limit(4, RatePart::Rotation, Rate::Speed, 0.45),
     ];
     let excesses = clip.exceeded(&limits).unwrap();
     assert_eq!(
@@ -82,9 +82,9 @@ fn clip_peak(clip: &Clip, limit: RateLimit) -> f64 {
 #[test]
 fn rounding_is_no_excess() {
     let clip = clip(&rig());
-    let peak = clip.peak_speed(JointId::from_index(1), Part::Translation).value;
+    let peak = clip.peak_speed(JointId::from_index(1), RatePart::Translation).value;
     for (share, n) in [(1.0, 0), (1.0 - 1e-10, 0), (1.0 - 1e-8, 1)] {
-        let limit = limit(1, Part::Translation, Rate::Speed, peak * share);
+        let limit = limit(1, RatePart::Translation, Rate::Speed, peak * share);
         assert_eq!(clip.exceeded(&[limit]).unwrap().len(), n, "{share}");
     }
 }
@@ -93,7 +93,7 @@ fn rounding_is_no_excess() {
 fn what_is_no_limit_is_refused_and_says_why() {
     let rig = rig();
     let clip = clip(&rig);
-    let good = limit(0, Part::Rotation, Rate::Speed, 1e9);
+    let good = limit(0, RatePart::Rotation, Rate::Speed, 1e9);
     let refused = |limit: RateLimit| {
         let error = clip.exceeded(&[good, limit]).unwrap_err();
         // Of a clip that is retimed as well.
@@ -101,7 +101,7 @@ fn what_is_no_limit_is_refused_and_says_why() {
         error
     };
     for most in [0.0, -1.0, f64::INFINITY, f64::NAN] {
-        let error = refused(limit(1, Part::Translation, Rate::Acceleration, most));
+        let error = refused(limit(1, RatePart::Translation, Rate::Acceleration, most));
         assert!(matches!(&error, ClipError::RateLimitMost { joint, .. } if joint == "slider"));
         assert_eq!(
             error.to_string(),
@@ -111,19 +111,19 @@ fn what_is_no_limit_is_refused_and_says_why() {
             )
         );
     }
-    let error = refused(limit(0, Part::Rotation, Rate::Jerk, 1.0));
+    let error = refused(limit(0, RatePart::Rotation, Rate::Jerk, 1.0));
     assert_eq!(error, ClipError::RateLimitJerk { joint: "hinge".into() });
-    let error = refused(limit(5, Part::Rotation, Rate::Speed, 1.0));
+    let error = refused(limit(5, RatePart::Rotation, Rate::Speed, 1.0));
     assert_eq!(error.to_string(), "the rig has no joint 5 to limit: expected a number below 5");
     for (joint, part, message) in [
-        (0, Part::Translation, "joint 'hinge' is hinge: it has no translation of its own to limit"),
-        (1, Part::Rotation, "joint 'slider' is slider: it has no rotation of its own to limit"),
+        (0, RatePart::Translation, "joint 'hinge' is hinge: it has no translation of its own to limit"),
+        (1, RatePart::Rotation, "joint 'slider' is slider: it has no rotation of its own to limit"),
         (
             2,
-            Part::Rotation,
+            RatePart::Rotation,
             "joint 'follower' is a follower of another: it has no rotation of its own to limit",
         ),
-        (3, Part::Rotation, "joint 'fixed' is fixed: it has no rotation of its own to limit"),
+        (3, RatePart::Rotation, "joint 'fixed' is fixed: it has no rotation of its own to limit"),
     ] {
         let error = refused(limit(joint, part, Rate::Speed, 1.0));
         assert!(matches!(error, ClipError::RateLimitPart { .. }));
@@ -140,8 +140,8 @@ fn numbers_that_are_not_finite_are_not_measured() {
         poses[7].coords_mut()[0] = value;
         let broken = Clip::new("", clip.times().to_vec(), poses).unwrap();
         let error = ClipError::NotFinite { pose: 7, joint: "hinge".into() };
-        assert_eq!(broken.exceeded(&[limit(0, Part::Rotation, Rate::Speed, 1.0)]), Err(error));
+        assert_eq!(broken.exceeded(&[limit(0, RatePart::Rotation, Rate::Speed, 1.0)]), Err(error));
         // Joints without limits do not matter.
-        assert!(broken.exceeded(&[limit(1, Part::Translation, Rate::Speed, 9.0)]).unwrap().is_empty());
+        assert!(broken.exceeded(&[limit(1, RatePart::Translation, Rate::Speed, 9.0)]).unwrap().is_empty());
     }
 }

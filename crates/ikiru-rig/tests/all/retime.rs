@@ -3,7 +3,7 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{
-    Clip, ClipError, Cone, Joint, JointId, Motion, Part, Pose, Range, Rate, RateLimit, Retimed, Rig,
+    Clip, ClipError, Cone, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit, RatePart, Retimed, Rig,
     RigBuilder,
 };
 use ikiru_testkit::rigs::{Random, random_rig, random_walk, rigs};
@@ -17,7 +17,7 @@ fn first() -> JointId {
 fn without_cones(rig: &Rig) -> Rig {
     let mut builder = rig.to_builder();
     for joint in builder.joints_mut() {
-        if let Motion::Ball { cone } | Motion::Free { cone } = &mut joint.motion {
+        if let JointMotion::Ball { cone } | JointMotion::Free { cone } = &mut joint.motion {
             *cone = None;
         }
     }
@@ -29,7 +29,7 @@ fn limits_of(clip: &Clip, rates: &[Rate], seed: u64) -> Vec<RateLimit> {
     let mut random = Random::new(seed ^ 0x77);
     let mut limits = vec![];
     for joint in clip.rig().ids() {
-        for part in [Part::Rotation, Part::Translation] {
+        for part in [RatePart::Rotation, RatePart::Translation] {
             for rate in rates.iter().copied() {
                 let peak = match rate {
                     Rate::Speed => clip.peak_speed(joint, part).value,
@@ -56,9 +56,9 @@ fn dense_peaks(clip: &Clip, limits: &[RateLimit], n: u32) -> Vec<f64> {
         let [a, b, c] = [-step, 0.0, step].map(|later| clip.sample_cubic(secs + later));
         let (before, after) = (a.difference(&b).unwrap(), b.difference(&c).unwrap());
         for (peak, limit) in peaks.iter_mut().zip(limits) {
-            let is_free = matches!(rig.get(limit.joint).unwrap().motion, Motion::Free { .. });
+            let is_free = matches!(rig.get(limit.joint).unwrap().motion, JointMotion::Free { .. });
             let mut dofs = rig.dofs_of(limit.joint);
-            if is_free && limit.part == Part::Translation {
+            if is_free && limit.part == RatePart::Translation {
                 dofs.end -= 3;
             } else if is_free {
                 dofs.start += 3;
@@ -153,7 +153,7 @@ proptest! {
 fn hinge(range: Range) -> Rig {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("hinge", None);
-    joint.motion = Motion::Hinge { axis: DVec3::Z, range };
+    joint.motion = JointMotion::Hinge { axis: DVec3::Z, range };
     builder.add(joint);
     builder.build().unwrap()
 }
@@ -172,7 +172,7 @@ fn moving_hinge(n: u32, angle: impl Fn(f64) -> f64) -> Clip {
 }
 
 fn limit(rate: Rate, most: f64) -> RateLimit {
-    RateLimit { joint: first(), part: Part::Rotation, rate, most }
+    RateLimit { joint: first(), part: RatePart::Rotation, rate, most }
 }
 
 /// From rest to rest within a second, by one radian.
@@ -216,7 +216,7 @@ fn a_clip_that_keeps_its_limits_stays_as_it_is() {
 #[test]
 fn a_limit_of_acceleration_costs_no_more_than_an_even_tempo() {
     let clip = moving_hinge(60, quintic);
-    let peak = clip.peak_acceleration(first(), Part::Rotation).value;
+    let peak = clip.peak_acceleration(first(), RatePart::Rotation).value;
     for share in [0.9, 0.5, 0.1, 0.01] {
         for rate in [30.0, 60.0, 240.0] {
             let limits = [limit(Rate::Acceleration, share * peak)];
@@ -266,7 +266,7 @@ fn slowing_down_takes_the_least_time_that_accelerations_allow() {
     let mut builder = RigBuilder::new();
     for name in ["steady", "sudden"] {
         let mut joint = Joint::new(name, None);
-        joint.motion = Motion::Hinge { axis: DVec3::Z, range: Range::new(-100.0, 100.0) };
+        joint.motion = JointMotion::Hinge { axis: DVec3::Z, range: Range::new(-100.0, 100.0) };
         builder.add(joint);
     }
     let rig = builder.build().unwrap();
@@ -320,7 +320,7 @@ fn a_corner_at_the_edge_of_a_cone_is_passed_slowly() {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("ball", None);
     let cone = Cone::new(DVec3::Y, [0.5, 0.5], Range::new(-0.5, 0.5)).unwrap();
-    joint.motion = Motion::Ball { cone: Some(cone) };
+    joint.motion = JointMotion::Ball { cone: Some(cone) };
     builder.add(joint);
     let rig = builder.build().unwrap();
     let poses = (0..=20).map(|i| {
@@ -372,7 +372,7 @@ fn a_joint_that_leaps_has_no_tempo_that_is_slow_enough() {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("ball", None);
     let cone = Cone::new(DVec3::Y, [3.13, 3.13], Range::new(-0.1, 0.1)).unwrap();
-    joint.motion = Motion::Ball { cone: Some(cone) };
+    joint.motion = JointMotion::Ball { cone: Some(cone) };
     builder.add(joint);
     let rig = builder.build().unwrap();
     let leaping = |swing: f64, turn: f64| {

@@ -3,14 +3,14 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{
-    Cone, EulerOrder, Joint, JointId, Motion, PoseError, Range, Rig, RigBuilder, RigError, Role,
+    Cone, EulerOrder, Joint, JointId, JointMotion, PoseError, Range, Rig, RigBuilder, RigError, Role,
 };
 use ikiru_testkit::rigs::{Random, random_rig};
 
-const HINGE: Motion = Motion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
+const HINGE: JointMotion = JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
 
 /// Joints by name, parent and motion.
-fn builder(joints: &[(&str, Option<&str>, Motion)]) -> RigBuilder {
+fn builder(joints: &[(&str, Option<&str>, JointMotion)]) -> RigBuilder {
     let mut builder = RigBuilder::new();
     for (name, parent, motion) in joints {
         let at = |name: &str| joints.iter().position(|(other, ..)| *other == name).unwrap();
@@ -24,7 +24,7 @@ fn builder(joints: &[(&str, Option<&str>, Motion)]) -> RigBuilder {
 }
 
 /// The rig with its root floating, and that root's name.
-fn floating(joints: &[(&str, Option<&str>, Motion)]) -> (Rig, String) {
+fn floating(joints: &[(&str, Option<&str>, JointMotion)]) -> (Rig, String) {
     let mut builder = builder(joints);
     let root = builder.free_root().unwrap();
     let rig = builder.build().unwrap();
@@ -33,7 +33,7 @@ fn floating(joints: &[(&str, Option<&str>, Motion)]) -> (Rig, String) {
     (rig, name)
 }
 
-fn refused(joints: &[(&str, Option<&str>, Motion)]) -> RigError {
+fn refused(joints: &[(&str, Option<&str>, JointMotion)]) -> RigError {
     let mut builder = builder(joints);
     let before = builder.joints().to_vec();
     let error = builder.free_root().unwrap_err();
@@ -44,7 +44,7 @@ fn refused(joints: &[(&str, Option<&str>, Motion)]) -> RigError {
 #[test]
 fn the_base_of_a_robot_floats_and_not_the_first_of_its_legs() {
     let (rig, root) = floating(&[
-        ("base", None, Motion::Fixed),
+        ("base", None, JointMotion::Fixed),
         ("left hip", Some("base"), HINGE),
         ("left knee", Some("left hip"), HINGE),
         ("right hip", Some("base"), HINGE),
@@ -52,7 +52,7 @@ fn the_base_of_a_robot_floats_and_not_the_first_of_its_legs() {
     assert_eq!(root, "base");
     assert_eq!(rig.get(rig.joint("left hip").unwrap()).unwrap().motion, HINGE);
     // A single arm: its first hinge carries all that moves, but cannot do what a floating joint does.
-    let arm = [("world", None, Motion::Fixed), ("link", Some("world"), Motion::Fixed)];
+    let arm = [("world", None, JointMotion::Fixed), ("link", Some("world"), JointMotion::Fixed)];
     let (_, root) = floating(&[arm[0], arm[1], ("shoulder", Some("link"), HINGE)]);
     assert_eq!(root, "link");
 }
@@ -60,39 +60,39 @@ fn the_base_of_a_robot_floats_and_not_the_first_of_its_legs() {
 #[test]
 fn the_hips_of_a_humanoid_float_and_what_moved_above_them_is_fixed() {
     let body = [
-        ("armature", None, Motion::Fixed),
-        ("root", Some("armature"), Motion::BALL),
-        ("hips", Some("root"), Motion::BALL),
-        ("spine", Some("hips"), Motion::BALL),
-        ("leftUpperLeg", Some("hips"), Motion::BALL),
-        ("tail", Some("hips"), Motion::BALL),
+        ("armature", None, JointMotion::Fixed),
+        ("root", Some("armature"), JointMotion::BALL),
+        ("hips", Some("root"), JointMotion::BALL),
+        ("spine", Some("hips"), JointMotion::BALL),
+        ("leftUpperLeg", Some("hips"), JointMotion::BALL),
+        ("tail", Some("hips"), JointMotion::BALL),
     ];
     let (rig, root) = floating(&body);
     assert_eq!(root, "hips");
-    assert_eq!(rig.get(rig.joint("root").unwrap()).unwrap().motion, Motion::Fixed);
+    assert_eq!(rig.get(rig.joint("root").unwrap()).unwrap().motion, JointMotion::Fixed);
     // A cloak that hangs beside the hips must not stay behind.
     let mut with_cloak = body.to_vec();
-    with_cloak.push(("cloak", Some("root"), Motion::BALL));
+    with_cloak.push(("cloak", Some("root"), JointMotion::BALL));
     let (rig, root) = floating(&with_cloak);
     assert_eq!(root, "root");
-    assert_eq!(rig.get(rig.joint("hips").unwrap()).unwrap().motion, Motion::BALL);
+    assert_eq!(rig.get(rig.joint("hips").unwrap()).unwrap().motion, JointMotion::BALL);
     // Where legs and spine hang beside each other, what carries them.
     let (_, root) = floating(&[
-        ("armature", None, Motion::Fixed),
-        ("body", Some("armature"), Motion::BALL),
-        ("hips", Some("body"), Motion::BALL),
-        ("spine", Some("hips"), Motion::BALL),
-        ("leftUpperLeg", Some("body"), Motion::BALL),
+        ("armature", None, JointMotion::Fixed),
+        ("body", Some("armature"), JointMotion::BALL),
+        ("hips", Some("body"), JointMotion::BALL),
+        ("spine", Some("hips"), JointMotion::BALL),
+        ("leftUpperLeg", Some("body"), JointMotion::BALL),
     ]);
     assert_eq!(root, "body");
 }
 
 #[test]
 fn two_skeletons_float_together_or_not_at_all() {
-    let two = [("first", Some("scene"), Motion::BALL), ("second", Some("scene"), Motion::BALL)];
-    let (_, root) = floating(&[("scene", None, Motion::Fixed), two[0], two[1]]);
+    let two = [("first", Some("scene"), JointMotion::BALL), ("second", Some("scene"), JointMotion::BALL)];
+    let (_, root) = floating(&[("scene", None, JointMotion::Fixed), two[0], two[1]]);
     assert_eq!(root, "scene");
-    let apart = [("first", None, Motion::BALL), ("arm", Some("first"), HINGE), ("second", None, HINGE)];
+    let apart = [("first", None, JointMotion::BALL), ("arm", Some("first"), HINGE), ("second", None, HINGE)];
     let error = refused(&apart);
     assert_eq!(error, RigError::NoCommonRoot { first: "first".into(), second: "second".into() });
     let rig = builder(&apart).build().unwrap();
@@ -102,20 +102,20 @@ fn two_skeletons_float_together_or_not_at_all() {
 
 #[test]
 fn what_a_floating_joint_cannot_do_does_not_float() {
-    let euler = |range| Motion::Euler { order: EulerOrder::Zxy, ranges: [range; 3] };
+    let euler = |range| JointMotion::Euler { order: EulerOrder::Zxy, ranges: [range; 3] };
     let limited = refused(&[("hips", None, euler(Range::degrees(-10.0, 10.0)))]);
     assert_eq!(limited, RigError::CannotFloat { joint: "hips".into(), motion: "euler" });
     assert_eq!(
         refused(&[("rail", None, HINGE)]),
         RigError::CannotFloat { joint: "rail".into(), motion: "hinge" }
     );
-    assert_eq!(refused(&[("stone", None, Motion::Fixed)]), RigError::NoRoot);
+    assert_eq!(refused(&[("stone", None, JointMotion::Fixed)]), RigError::NoRoot);
     // Three angles without ranges are any rotation, and a cone stays.
     let (rig, _) = floating(&[("hips", None, euler(Range::UNLIMITED))]);
-    assert_eq!(rig.joints()[0].motion, Motion::FREE);
+    assert_eq!(rig.joints()[0].motion, JointMotion::FREE);
     let cone = Cone::new(DVec3::Y, [0.5, 0.5], Range::new(-0.1, 0.1)).ok();
-    let (rig, _) = floating(&[("hips", None, Motion::Ball { cone })]);
-    assert_eq!(rig.joints()[0].motion, Motion::Free { cone });
+    let (rig, _) = floating(&[("hips", None, JointMotion::Ball { cone })]);
+    assert_eq!(rig.joints()[0].motion, JointMotion::Free { cone });
 }
 
 #[test]
@@ -124,7 +124,7 @@ fn of_any_rig_the_floating_root_carries_all_that_moves() {
     for seed in 0..300 {
         let rig = random_rig(1 + seed as usize % 12, seed);
         let moving: Vec<JointId> =
-            rig.ids().filter(|id| rig.joints()[id.index()].motion != Motion::Fixed).collect();
+            rig.ids().filter(|id| rig.joints()[id.index()].motion != JointMotion::Fixed).collect();
         let mut builder = rig.to_builder();
         match (builder.free_root(), rig.carrier(&moving)) {
             (Ok(root), Some(carrier)) => {
@@ -144,9 +144,9 @@ fn of_any_rig_the_floating_root_carries_all_that_moves() {
 #[test]
 fn a_root_below_a_turned_armature_moves_along_the_axes_of_the_world() {
     let mut builder = builder(&[
-        ("armature", None, Motion::Fixed),
-        ("hips", Some("armature"), Motion::BALL),
-        ("spine", Some("hips"), Motion::BALL),
+        ("armature", None, JointMotion::Fixed),
+        ("hips", Some("armature"), JointMotion::BALL),
+        ("spine", Some("hips"), JointMotion::BALL),
     ]);
     let mut random = Random::new(3);
     for joint in builder.joints_mut() {

@@ -2,12 +2,12 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use ikiru_rig::{
-    ChainError, Joint, JointId, Mimic, Motion, Pose, PoseError, Range, Rig, RigBuilder, RigError, RigidError,
-    Role, decompose_affine,
+    ChainError, Joint, JointId, JointMotion, Mimic, Pose, PoseError, Range, Rig, RigBuilder, RigError,
+    RigidError, Role, decompose_affine,
 };
 
-fn hinge(range: Range) -> Motion {
-    Motion::Hinge { axis: DVec3::Z, range }
+fn hinge(range: Range) -> JointMotion {
+    JointMotion::Hinge { axis: DVec3::Z, range }
 }
 
 /// hips – thigh (ball) – knee (hinge), and a tail beside it.
@@ -15,13 +15,13 @@ fn joints() -> Vec<Joint> {
     let mut hips = Joint::new("hips", None);
     hips.role = Some(Role::Hips);
     let mut thigh = Joint::new("thigh", Some(JointId::from_index(0)));
-    thigh.motion = Motion::BALL;
+    thigh.motion = JointMotion::BALL;
     thigh.aliases = vec!["thigh_link".to_owned()];
     let mut knee = Joint::new("knee", Some(JointId::from_index(1)));
     knee.motion = hinge(Range::new(0.0, 2.0));
     knee.rest_translation = DVec3::new(0.0, -0.4, 0.0);
     let mut tail = Joint::new("tail", Some(JointId::from_index(0)));
-    tail.motion = Motion::Slider { axis: DVec3::Y, range: Range::new(-0.1, 0.1) };
+    tail.motion = JointMotion::Slider { axis: DVec3::Y, range: Range::new(-0.1, 0.1) };
     vec![hips, thigh, knee, tail]
 }
 
@@ -58,7 +58,7 @@ fn a_rig_that_is_not_valid_does_not_exist() {
     );
     assert!(matches!(broken(|j| j[2].motion = hinge(Range::new(1.0, 0.0))), RigError::Range { .. }));
     assert!(matches!(broken(|j| j[2].motion = hinge(Range::new(f64::NAN, 0.0))), RigError::Range { .. }));
-    let long = Motion::Hinge { axis: DVec3::ONE, range: Range::UNLIMITED };
+    let long = JointMotion::Hinge { axis: DVec3::ONE, range: Range::UNLIMITED };
     assert!(matches!(broken(|j| j[2].motion = long), RigError::Axis(..)));
     assert!(matches!(broken(|j| j[3].role = Some(Role::Hips)), RigError::DuplicateRole(..)));
     let follow =

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
 use glam::DVec3;
-use ikiru_rig::{Motion, Pose};
+use ikiru_rig::{JointMotion, Pose};
 use ikiru_scenario::{Error, Scenario};
 
 fn solved(text: &str) -> (Scenario, Pose) {
@@ -91,7 +91,7 @@ fn a_motion_file_whose_root_only_turns_floats_all_the_same() {
     std::fs::write(folder.path().join("turns.bvh"), bvh).unwrap();
     let text = reach("turns.bvh", "b1_end", [3.0, 3.0, 3.0]);
     let scenario = Scenario::parse(&text, "test.toml", folder.path()).unwrap();
-    assert_eq!(scenario.rig.joints()[0].motion, Motion::FREE);
+    assert_eq!(scenario.rig.joints()[0].motion, JointMotion::FREE);
     let (mut pose, mut workspace) = (scenario.start.clone(), scenario.workspace());
     assert!(scenario.solve(&mut pose, &mut workspace).success);
 }

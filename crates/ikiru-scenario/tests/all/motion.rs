@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::DVec3;
-use ikiru_rig::{Part, Rate};
+use ikiru_rig::{Rate, RatePart};
 use ikiru_scenario::{MotionScenario, Scenario};
 use ikiru_solve::{MotionWorkspace, When};
 
@@ -64,7 +64,7 @@ fn limits_of_all_joints_and_of_one() {
     let limits = scenario.motion.rate_limits().to_vec();
     assert_eq!(
         limits.len(),
-        scenario.active.iter().filter(|j| Part::Rotation.is_of(&scenario.rig, **j)).count() + 1
+        scenario.active.iter().filter(|j| RatePart::Rotation.is_of(&scenario.rig, **j)).count() + 1
     );
     let first = scenario.rig.joint("panda_joint1").unwrap();
     for limit in &limits {
@@ -74,7 +74,7 @@ fn limits_of_all_joints_and_of_one() {
             (false, Rate::Speed) => 30.0,
             _ => panic!("{limit:?}"),
         };
-        assert!((limit.most - expected.to_radians()).abs() < 1e-12 && limit.part == Part::Rotation);
+        assert!((limit.most - expected.to_radians()).abs() < 1e-12 && limit.part == RatePart::Rotation);
     }
     let planned = scenario.plan(&mut MotionWorkspace::default());
     assert!(planned.report.exceeded.is_empty());

@@ -1,7 +1,7 @@
 //! What a scenario means: rig, start, objectives, stopping rules.
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{EulerOrder, Motion};
+use ikiru_rig::{EulerOrder, JointMotion};
 use ikiru_scenario::{BUILTINS, Scenario, ScenarioPose, TargetError, TermHandle, Warning};
 use ikiru_solve::objectives::Gaze;
 use ikiru_solve::{Loss, Search};
@@ -43,15 +43,15 @@ fn limits_and_root_make_the_rig() {
                   [limits.left_hip]\naxis = [0, 2, 0]\nswing_deg = [70, 40]\n";
     let scenario = parse(&format!("{HEAD}{limits}{REACH}"));
     let motion = |name: &str| scenario.rig.get(scenario.rig.joint(name).unwrap()).unwrap().motion;
-    let Motion::Euler { order: EulerOrder::Zyx, ranges } = motion("left_elbow") else { panic!() };
+    let JointMotion::Euler { order: EulerOrder::Zyx, ranges } = motion("left_elbow") else { panic!() };
     assert!(
         (ranges[1].min + std::f64::consts::PI).abs() < 1e-12
             && (ranges[0].max.to_degrees() - 90.0).abs() < 1e-9
     );
-    let Motion::Ball { cone: Some(cone) } = motion("left_hip") else { panic!() };
+    let JointMotion::Ball { cone: Some(cone) } = motion("left_hip") else { panic!() };
     assert_eq!(cone.axis(), DVec3::Y);
     assert!((cone.twist().max.to_degrees() - 180.0).abs() < 1e-9);
-    assert!(matches!(motion("pelvis"), Motion::Free { cone: None }));
+    assert!(matches!(motion("pelvis"), JointMotion::Free { cone: None }));
     assert!(scenario.loaded.rig.is_same(&scenario.rig));
 }
 

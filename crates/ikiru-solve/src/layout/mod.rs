@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use ikiru_rig::{JointId, Motion, Rig};
+use ikiru_rig::{JointId, JointMotion, Rig};
 
 use crate::objective::{Objective, Unit};
 use crate::problem::Problem;
@@ -28,7 +28,7 @@ const TALL: usize = 2;
 pub(crate) struct Node {
     pub(crate) parent: u32,
     /// `Fixed` where the joint does not move in this problem.
-    pub(crate) motion: Motion,
+    pub(crate) motion: JointMotion,
     /// Where its coordinates (or its leader's) lie.
     pub(crate) coord: u32,
     /// Where its directions lie, and how many there are.
@@ -44,7 +44,7 @@ pub(crate) struct Node {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mover {
     pub(crate) joint: JointId,
-    pub(crate) motion: Motion,
+    pub(crate) motion: JointMotion,
     pub(crate) coord: usize,
     pub(crate) n_coords: usize,
     pub(crate) dof: usize,
@@ -63,7 +63,7 @@ impl Mover {
 /// A joint whose own motion a term reads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointRead {
-    pub(crate) motion: Motion,
+    pub(crate) motion: JointMotion,
     pub(crate) coord: usize,
     pub(crate) n_coords: usize,
     pub(crate) n_rows: usize,
@@ -274,7 +274,7 @@ impl Layout {
             link.reverse();
             let mut node = Node {
                 parent,
-                motion: Motion::Fixed,
+                motion: JointMotion::Fixed,
                 coord: 0,
                 screw: u32_of(self.n_screws),
                 n_screws: 0,
@@ -432,11 +432,14 @@ pub(crate) fn joints_read(objective: &dyn Objective) -> &[JointId] {
 }
 
 /// How many degrees of freedom of a motion, the first ones, move along an axis rather than turning about it.
-pub(crate) fn n_translations(motion: &Motion) -> usize {
+pub(crate) fn n_translations(motion: &JointMotion) -> usize {
     match motion {
-        Motion::Slider { .. } => 1,
-        Motion::Free { .. } => 3,
-        Motion::Fixed | Motion::Hinge { .. } | Motion::Euler { .. } | Motion::Ball { .. } => 0,
+        JointMotion::Slider { .. } => 1,
+        JointMotion::Free { .. } => 3,
+        JointMotion::Fixed
+        | JointMotion::Hinge { .. }
+        | JointMotion::Euler { .. }
+        | JointMotion::Ball { .. } => 0,
     }
 }
 

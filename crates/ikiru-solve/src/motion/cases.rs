@@ -1,6 +1,6 @@
 //! Random motions for the unit tests of this folder: every joint motion, terms of every form, all that is beside rows.
 
-use ikiru_rig::{JointId, Part, Pose, Rate, RateLimit};
+use ikiru_rig::{JointId, Pose, Rate, RateLimit, RatePart};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
 use crate::layout::Layout;
@@ -57,7 +57,8 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
     if rates {
         let mut limits = Vec::new();
         for joint in joints {
-            for part in [Part::Rotation, Part::Translation].into_iter().filter(|part| part.is_of(&rig, joint))
+            for part in
+                [RatePart::Rotation, RatePart::Translation].into_iter().filter(|part| part.is_of(&rig, joint))
             {
                 limits.push(RateLimit { joint, part, rate: Rate::Speed, most: random.between(0.5, 2.0) });
                 limits.push(RateLimit {

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use ikiru_rig::{Part, Rate, RateLimit};
+use ikiru_rig::{Rate, RateLimit, RatePart};
 
 use crate::layout::Layout;
 use crate::motion::banded::BandedLines;
@@ -88,7 +88,7 @@ impl RateBounds {
         let (n_samples, step) = (motion.timeline().n_samples(), motion.timeline().step_secs());
         let bound = |limit: &RateLimit| {
             let m = layout.movers.iter().find(|m| m.joint == limit.joint)?;
-            let is_meant = |k: &usize| m.is_translation(*k) == (limit.part == Part::Translation);
+            let is_meant = |k: &usize| m.is_translation(*k) == (limit.part == RatePart::Translation);
             let own: Vec<usize> = (0..m.n_dofs).filter(is_meant).collect();
             let most = limit.most * if limit.rate == Rate::Speed { step } else { step * step };
             let dofs = m.dof + own.first()?..m.dof + own.last()? + 1;

@@ -4,7 +4,7 @@
 //! in the joint's own axes); the second and third are differences of those.
 
 use glam::DVec3;
-use ikiru_rig::{Motion, difference_joint, maths};
+use ikiru_rig::{JointMotion, difference_joint, maths};
 
 use crate::layout::Layout;
 
@@ -150,7 +150,7 @@ impl Smoothness {
                 }
                 let v = &self.first[t * n + m.dof..t * n + m.dof + m.n_dofs];
                 let (mut from, mut to) = (pull, pull);
-                if let Motion::Ball { .. } | Motion::Free { .. } = m.motion {
+                if let JointMotion::Ball { .. } | JointMotion::Free { .. } = m.motion {
                     let at = m.n_dofs - 3;
                     let (v, p) = (DVec3::from_slice(&v[at..]), DVec3::from_slice(&pull[at..]));
                     // The end of a rotation vector moves by Jr⁻¹ of its joint's tangent, the beginning by −Jl⁻¹; the

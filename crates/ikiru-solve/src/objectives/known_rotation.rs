@@ -1,7 +1,7 @@
 //! Known rotation: joints at given angles or rotations (the paper's equation 18).
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{JointId, Motion, Rig, rotation_vector};
+use ikiru_rig::{JointId, JointMotion, Rig, rotation_vector};
 
 use crate::objective::{Inputs, JointRows, Loss, Objective, Part, Rows};
 use crate::objectives::angles::inverse_right_jacobian;
@@ -93,9 +93,9 @@ impl JointRows for KnownRotation {
             let motion = rig.get(*joint).map(|joint| joint.motion);
             matches!(
                 (angles, motion),
-                (JointAngles::Rotation(_), Some(Motion::Ball { .. } | Motion::Free { .. }))
-                    | (JointAngles::Euler(_), Some(Motion::Euler { .. }))
-                    | (JointAngles::Value(_), Some(Motion::Hinge { .. } | Motion::Slider { .. }))
+                (JointAngles::Rotation(_), Some(JointMotion::Ball { .. } | JointMotion::Free { .. }))
+                    | (JointAngles::Euler(_), Some(JointMotion::Euler { .. }))
+                    | (JointAngles::Value(_), Some(JointMotion::Hinge { .. } | JointMotion::Slider { .. }))
             )
         };
         if self.joints.iter().zip(&self.angles).all(fits) {
@@ -110,7 +110,7 @@ impl JointRows for KnownRotation {
     fn evaluate(
         &self,
         idx: usize,
-        motion: &Motion,
+        motion: &JointMotion,
         coords: &[f64],
         residual: &mut [f64],
         mut derivative: Option<&mut [f64]>,
@@ -124,21 +124,21 @@ impl JointRows for KnownRotation {
             }
         };
         match (self.angles[idx], motion) {
-            (JointAngles::Value(value), Motion::Hinge { range, .. }) => {
+            (JointAngles::Value(value), JointMotion::Hinge { range, .. }) => {
                 row(0, short_way(coords[0] - value, range.is_unlimited()), residual);
             }
-            (JointAngles::Value(value), Motion::Slider { .. }) => row(0, coords[0] - value, residual),
-            (JointAngles::Euler(angles), Motion::Euler { ranges, .. }) => {
+            (JointAngles::Value(value), JointMotion::Slider { .. }) => row(0, coords[0] - value, residual),
+            (JointAngles::Euler(angles), JointMotion::Euler { ranges, .. }) => {
                 for i in 0..3 {
                     if let Some(angle) = angles[i] {
                         row(i, short_way(coords[i] - angle, ranges[i].is_unlimited()), residual);
                     }
                 }
             }
-            (JointAngles::Rotation(target), Motion::Ball { .. }) => {
+            (JointAngles::Rotation(target), JointMotion::Ball { .. }) => {
                 turn_residual(target, coords, scale, residual, derivative, 0);
             }
-            (JointAngles::Rotation(target), Motion::Free { .. }) => {
+            (JointAngles::Rotation(target), JointMotion::Free { .. }) => {
                 turn_residual(target, &coords[3..], scale, residual, derivative, 3);
             }
             _ => {} // refused when the solve starts
@@ -183,10 +183,12 @@ mod tests {
             for id in rig.ids() {
                 let value = random.between(-1.0, 1.0);
                 let angles = match rig.get(id).unwrap().motion {
-                    Motion::Fixed => continue,
-                    Motion::Hinge { .. } | Motion::Slider { .. } => JointAngles::Value(value),
-                    Motion::Euler { .. } => JointAngles::Euler([Some(value), None, Some(-value)]),
-                    Motion::Ball { .. } | Motion::Free { .. } => JointAngles::Rotation(random.rotation()),
+                    JointMotion::Fixed => continue,
+                    JointMotion::Hinge { .. } | JointMotion::Slider { .. } => JointAngles::Value(value),
+                    JointMotion::Euler { .. } => JointAngles::Euler([Some(value), None, Some(-value)]),
+                    JointMotion::Ball { .. } | JointMotion::Free { .. } => {
+                        JointAngles::Rotation(random.rotation())
+                    }
                 };
                 if rig.get(id).unwrap().mimic.is_none() {
                     targets.push((id, angles));

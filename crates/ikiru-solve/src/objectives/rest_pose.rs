@@ -1,7 +1,7 @@
 //! Rest pose: a gentle pull of every joint towards a given pose.
 
 use glam::DQuat;
-use ikiru_rig::{JointId, Motion, Pose, Rig, difference_joint};
+use ikiru_rig::{JointId, JointMotion, Pose, Rig, difference_joint};
 
 use crate::objective::{Inputs, JointRows, Loss, Objective, Part, Rows};
 use crate::objectives::known_rotation::turn_residual;
@@ -90,7 +90,7 @@ impl JointRows for RestPose {
     fn evaluate(
         &self,
         idx: usize,
-        motion: &Motion,
+        motion: &JointMotion,
         coords: &[f64],
         residual: &mut [f64],
         mut derivative: Option<&mut [f64]>,
@@ -102,14 +102,14 @@ impl JointRows for RestPose {
             return; // a pose of another rig: refused when the solve starts
         };
         let translations = match motion {
-            Motion::Ball { .. } => 0,
-            Motion::Free { .. } => 3,
+            JointMotion::Ball { .. } => 0,
+            JointMotion::Free { .. } => 3,
             _ => {
                 difference_joint(motion, rest, coords, residual);
                 n
             }
         };
-        if let Motion::Free { .. } = motion {
+        if let JointMotion::Free { .. } = motion {
             for i in 0..3 {
                 residual[i] = coords[i] - rest[i];
             }

@@ -4,7 +4,7 @@
 //! its length; then, from the root outwards, each joint turns inside its limits to bring what lies below it
 //! nearest to those positions. The next iteration starts from where that led, and the cheapest pose is kept.
 
-use ikiru_rig::{Motion, Vec3};
+use ikiru_rig::{JointMotion, Vec3};
 
 use crate::layout::{Layout, Mover, NONE, Node};
 use crate::objective::Reach;
@@ -150,7 +150,7 @@ impl Fabrik {
     /// From the root outwards: what cannot move stays, and each segment gets its length back.
     fn reach_forward(&mut self, layout: &Layout, state: &State) {
         for (idx, node) in layout.nodes.iter().enumerate() {
-            if self.weights[idx] == 0.0 || matches!(node.motion, Motion::Free { .. }) {
+            if self.weights[idx] == 0.0 || matches!(node.motion, JointMotion::Free { .. }) {
                 continue;
             }
             let shift = slide(layout, state, node, self.wanted[idx] - self.origins[idx]);
@@ -231,7 +231,7 @@ impl Fabrik {
 
 /// The part of a way (metres, world axes) that a node's own slider can go.
 fn slide(layout: &Layout, state: &State, node: &Node, way: Vec3<f64>) -> Vec3<f64> {
-    let Motion::Slider { .. } = node.motion else { return Vec3::zero() };
+    let JointMotion::Slider { .. } = node.motion else { return Vec3::zero() };
     let Some(m) = mover_of(layout, node) else { return Vec3::zero() };
     let (down, up) = room(layout, m, 0, &state.coords);
     let axis = state.directions(node)[0];

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use glam::{DQuat, DVec3};
 use ikiru_ipopt::{Bounds, Function, Options, Status, minimise};
-use ikiru_rig::{Cone, Motion, maths};
+use ikiru_rig::{Cone, JointMotion, maths};
 
 use crate::layout::Layout;
 use crate::problem::Problem;
@@ -158,7 +158,7 @@ impl Charts {
             plain: Vec::new(),
         };
         for m in &layout.movers {
-            let has_rotation = matches!(m.motion, Motion::Ball { .. } | Motion::Free { .. });
+            let has_rotation = matches!(m.motion, JointMotion::Ball { .. } | JointMotion::Free { .. });
             let n_plain = if has_rotation { m.n_dofs - 3 } else { m.n_dofs };
             for k in 0..n_plain {
                 charts.plain.push((m.dof + k, m.coord + k));
@@ -462,7 +462,7 @@ mod tests {
             let mut joint = Joint::new(format!("joint_{idx}"), parent);
             joint.rest_translation = DVec3::X * 0.2;
             let twist = if idx == 3 { Range::new(0.0, 0.0) } else { Range::new(-0.1, 0.2) };
-            joint.motion = Motion::Ball { cone: Some(Cone::new(DVec3::Y, swing, twist).unwrap()) };
+            joint.motion = JointMotion::Ball { cone: Some(Cone::new(DVec3::Y, swing, twist).unwrap()) };
             parent = Some(builder.add(joint));
         }
         let rig = builder.build().unwrap();

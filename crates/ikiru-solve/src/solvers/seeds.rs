@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DQuat;
-use ikiru_rig::{Cone, Motion, Range, maths};
+use ikiru_rig::{Cone, JointMotion, Range, maths};
 
 use crate::layout::Layout;
 
@@ -36,9 +36,9 @@ impl Seeds {
         for m in &layout.movers {
             let to = &mut coords[m.coord..m.coord + m.n_coords];
             match &m.motion {
-                Motion::Fixed => {}
-                Motion::Free { .. } => to.copy_from_slice(&start[m.coord..m.coord + m.n_coords]),
-                Motion::Ball { cone } => {
+                JointMotion::Fixed => {}
+                JointMotion::Free { .. } => to.copy_from_slice(&start[m.coord..m.coord + m.n_coords]),
+                JointMotion::Ball { cone } => {
                     let u = [unit(m.dof), unit(m.dof + 1), unit(m.dof + 2)];
                     let q = cone.as_ref().map_or_else(|| uniform_rotation(u), |cone| inside_cone(cone, u));
                     to.copy_from_slice(&q.to_array());
@@ -54,8 +54,8 @@ impl Seeds {
 }
 
 /// A value of a range; an unlimited side reaches half a turn (half a metre) from the start or the other side.
-fn inside_range(range: &Range, start: f64, u: f64, motion: &Motion) -> f64 {
-    let reach = if let Motion::Slider { .. } = motion { 0.5 } else { PI };
+fn inside_range(range: &Range, start: f64, u: f64, motion: &JointMotion) -> f64 {
+    let reach = if let JointMotion::Slider { .. } = motion { 0.5 } else { PI };
     let (min, max) = match (range.min.is_finite(), range.max.is_finite()) {
         (true, true) => (range.min, range.max),
         (true, false) => (range.min, range.min + 2.0 * reach),

@@ -2,20 +2,20 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::DVec3;
-use ikiru_rig::{EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{EulerOrder, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Direction, Position};
 use ikiru_solve::{Invalid, Loss, Method, Problem, Solver, SolverOptions, StopReason};
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::Random;
 
 /// A chain of `n` segments of 0.2 m along x, and a last joint at its end.
-fn chain(n: usize, motion: &Motion) -> Rig {
+fn chain(n: usize, motion: &JointMotion) -> Rig {
     let mut builder = RigBuilder::new();
     let mut parent = None;
     for i in 0..=n {
         let mut joint = Joint::new(format!("joint{i}"), parent);
         joint.rest_translation = if i == 0 { DVec3::ZERO } else { DVec3::X * 0.2 };
-        joint.motion = if i < n { *motion } else { Motion::Fixed };
+        joint.motion = if i < n { *motion } else { JointMotion::Fixed };
         parent = Some(builder.add(joint));
     }
     builder.build().unwrap()
@@ -39,7 +39,7 @@ fn solve(
 
 #[test]
 fn both_reach_what_a_free_chain_can_reach() {
-    let rig = chain(5, &Motion::BALL);
+    let rig = chain(5, &JointMotion::BALL);
     let tip = JointId::from_index(5);
     let mut random = Random::new(7);
     for method in [Method::Ccd, Method::Fabrik] {
@@ -57,7 +57,7 @@ fn both_reach_what_a_free_chain_can_reach() {
 
 #[test]
 fn fabrik_straightens_towards_what_is_out_of_reach() {
-    let rig = chain(4, &Motion::BALL);
+    let rig = chain(4, &JointMotion::BALL);
     let tip = JointId::from_index(4);
     let target = DVec3::new(0.0, 2.0, 1.0);
     let mut problem = Problem::whole_body(&rig);
@@ -76,13 +76,13 @@ fn fabrik_reaches_with_two_hands_from_one_trunk() {
         (joint.rest_translation, joint.motion) = (offset, motion);
         builder.add(joint)
     };
-    let hips = add("hips", None, DVec3::Y, Motion::BALL);
-    let chest = add("chest", Some(hips), DVec3::Y * 0.4, Motion::BALL);
+    let hips = add("hips", None, DVec3::Y, JointMotion::BALL);
+    let chest = add("chest", Some(hips), DVec3::Y * 0.4, JointMotion::BALL);
     let mut hands = Vec::new();
     for side in [1.0, -1.0] {
-        let shoulder = add(&format!("shoulder{side}"), Some(chest), DVec3::X * 0.2 * side, Motion::BALL);
-        let elbow = add(&format!("elbow{side}"), Some(shoulder), DVec3::X * 0.3 * side, Motion::BALL);
-        hands.push(add(&format!("hand{side}"), Some(elbow), DVec3::X * 0.3 * side, Motion::Fixed));
+        let shoulder = add(&format!("shoulder{side}"), Some(chest), DVec3::X * 0.2 * side, JointMotion::BALL);
+        let elbow = add(&format!("elbow{side}"), Some(shoulder), DVec3::X * 0.3 * side, JointMotion::BALL);
+        hands.push(add(&format!("hand{side}"), Some(elbow), DVec3::X * 0.3 * side, JointMotion::Fixed));
     }
     let rig = builder.build().unwrap();
     let targets = [DVec3::new(0.35, 1.3, 0.35), DVec3::new(-0.1, 1.5, 0.45)];
@@ -105,7 +105,7 @@ fn one_hinge_is_at_its_best_angle_after_one_sweep() {
     let mut random = Random::new(11);
     for _ in 0..100 {
         let range = Range { min: -random.between(0.1, 3.0), max: random.between(0.1, 3.0) };
-        let rig = chain(1, &Motion::Hinge { axis: DVec3::Z, range });
+        let rig = chain(1, &JointMotion::Hinge { axis: DVec3::Z, range });
         let (joint, tip) = (JointId::from_index(0), JointId::from_index(1));
         let target = random.vector(0.5);
         let mut problem = Problem::whole_body(&rig);
@@ -124,7 +124,7 @@ fn one_hinge_is_at_its_best_angle_after_one_sweep() {
 #[test]
 fn ccd_minimises_a_cost_that_is_not_about_points_alone() {
     let ranges = [Range::degrees(-80.0, 80.0); 3];
-    let rig = chain(4, &Motion::Euler { order: EulerOrder::Zyx, ranges });
+    let rig = chain(4, &JointMotion::Euler { order: EulerOrder::Zyx, ranges });
     let tip = JointId::from_index(4);
     let mut problem = Problem::whole_body(&rig);
     problem.add(1.0, Position::new(tip, DVec3::new(0.3, 0.15, 0.2)));
@@ -140,10 +140,10 @@ fn ccd_minimises_a_cost_that_is_not_about_points_alone() {
 fn sliders_followers_and_a_free_root_take_part() {
     let mut builder = RigBuilder::new();
     let mut rail = Joint::new("rail", None);
-    rail.motion = Motion::Slider { axis: DVec3::Z, range: Range { min: -0.1, max: 0.4 } };
+    rail.motion = JointMotion::Slider { axis: DVec3::Z, range: Range { min: -0.1, max: 0.4 } };
     let rail = builder.add(rail);
     let mut arm = Joint::new("arm", Some(rail));
-    arm.motion = Motion::BALL;
+    arm.motion = JointMotion::BALL;
     let arm = builder.add(arm);
     let mut tip = Joint::new("tip", Some(arm));
     tip.rest_translation = DVec3::X * 0.3;
@@ -157,7 +157,7 @@ fn sliders_followers_and_a_free_root_take_part() {
         solve(method, &problem, &mut pose, 500);
         assert!(place(&pose, tip).distance(target) < 1e-3, "{}", method.name());
     }
-    let mut builder = chain(2, &Motion::BALL).to_builder();
+    let mut builder = chain(2, &JointMotion::BALL).to_builder();
     builder.free_root().unwrap();
     let free = builder.build().unwrap();
     let target = DVec3::new(5.0, 1.0, -2.0);
@@ -173,7 +173,7 @@ fn sliders_followers_and_a_free_root_take_part() {
 
 #[test]
 fn fabrik_without_a_point_to_reach_for_says_so() {
-    let rig = chain(2, &Motion::BALL);
+    let rig = chain(2, &JointMotion::BALL);
     let mut problem = Problem::whole_body(&rig);
     problem.add(1.0, Direction::new(JointId::from_index(2), DVec3::X, DVec3::Y));
     let solver = Solver::new(SolverOptions { method: Method::Fabrik, ..Default::default() });

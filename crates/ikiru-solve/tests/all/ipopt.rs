@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use glam::DVec3;
-use ikiru_rig::{Cone, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Cone, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{PoseTarget, Position, RestPose};
 use ikiru_solve::{Invalid, Loss, Method, Problem, Search, Solver, SolverOptions, StopReason};
 use ikiru_testkit::reference::world_matrices;
@@ -34,7 +34,7 @@ fn arm() -> (Rig, JointId) {
         joint.rest_translation = if idx == 0 { DVec3::ZERO } else { DVec3::X * 0.3 };
         if idx < 3 {
             let cone = Cone::new(DVec3::X, [1.0, 0.7], Range::degrees(-40.0, 60.0)).unwrap();
-            joint.motion = Motion::Ball { cone: Some(cone) };
+            joint.motion = JointMotion::Ball { cone: Some(cone) };
         }
         parent = Some(builder.add(joint));
     }

@@ -3,7 +3,7 @@
 
 use crate::common::{arm, place, plan, still};
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Clip, Joint, JointId, Motion, Pose, RigBuilder};
+use ikiru_rig::{Clip, Joint, JointId, JointMotion, Pose, RigBuilder};
 use ikiru_solve::objectives::{Direction, LookAt, Orientation, Position, RestPose};
 use ikiru_solve::{
     Invalid, Loss, Method, MotionError, MotionProblem, MotionWorkspace, Problem, Search, Solver,
@@ -262,7 +262,7 @@ fn what_cannot_be_planned_says_why() {
 fn rotations_of_balls_and_a_free_root_go_the_short_way() {
     let mut builder = RigBuilder::new();
     let mut root = Joint::new("root", None);
-    root.motion = Motion::FREE;
+    root.motion = JointMotion::FREE;
     let root = builder.add(root);
     let rig = builder.build().unwrap();
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 2.5);

@@ -3,7 +3,7 @@
 
 use crate::common::plan;
 use glam::DVec3;
-use ikiru_rig::{Cone, Joint, JointId, Motion, Range, Rig, RigBuilder};
+use ikiru_rig::{Cone, Joint, JointId, JointMotion, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Orientation, Position, RestPose};
 use ikiru_solve::{MotionProblem, Problem, Solver, SolverOptions, Timeline, When};
 use ikiru_testkit::rigs::{Random, random_pose};
@@ -17,7 +17,7 @@ fn in_cones() -> (Rig, JointId) {
         joint.rest_translation = if i == 0 { DVec3::ZERO } else { DVec3::X * 0.3 };
         if i < 3 {
             let cone = Cone::new(DVec3::X, [0.8, 0.4], Range::new(-0.3, 0.3)).unwrap();
-            joint.motion = Motion::Ball { cone: Some(cone) };
+            joint.motion = JointMotion::Ball { cone: Some(cone) };
         }
         parent = Some(builder.add(joint));
     }

@@ -3,7 +3,7 @@
 
 use crate::common::{arm, place, plan};
 use glam::DVec3;
-use ikiru_rig::{Clip, Joint, JointId, Motion, Range, RigBuilder};
+use ikiru_rig::{Clip, Joint, JointId, JointMotion, Range, RigBuilder};
 use ikiru_solve::objectives::{Position, RestPose};
 use ikiru_solve::{Invalid, MotionProblem, MotionWorkspace, Solver, SolverOptions, Timeline, When};
 
@@ -66,7 +66,7 @@ fn what_does_not_move_is_judged_as_the_clip_has_it() {
 #[test]
 fn an_active_joint_that_no_term_reads_stays_where_the_given_frame_has_it() {
     let mut builder = RigBuilder::new();
-    let hinge = Motion::Hinge { axis: DVec3::Z, range: Range::new(-3.0, 3.0) };
+    let hinge = JointMotion::Hinge { axis: DVec3::Z, range: Range::new(-3.0, 3.0) };
     for name in ["a", "b"] {
         let mut joint = Joint::new(name, None);
         joint.motion = hinge;
@@ -120,7 +120,7 @@ fn terms_of_joint_motions_alone_move_without_smoothness() {
 fn turn_with_settled_term(weight: f64, smoothness: f64, miss: f64) -> (Vec<f64>, f64) {
     let mut builder = RigBuilder::new();
     let mut hinge = Joint::new("hinge", None);
-    hinge.motion = Motion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
+    hinge.motion = JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
     let hinge = builder.add(hinge);
     let mut tip = Joint::new("tip", Some(hinge));
     tip.rest_translation = DVec3::X;

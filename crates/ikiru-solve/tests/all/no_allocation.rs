@@ -1,7 +1,7 @@
 //! A warm solve does not allocate: every allocation of this process is counted.
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Frame, JointId, Motion, Rig, Scalar};
+use ikiru_rig::{Frame, JointId, JointMotion, Rig, Scalar};
 use ikiru_solve::objectives::{
     Apart, Direction, Distance, JointAngles, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget,
     Position, RelativePose, RestPose,
@@ -28,8 +28,10 @@ impl Residual for KeepApart {
 /// Some angles for a joint, of the form that its motion has.
 fn angles_of(rig: &Rig, joint: JointId) -> JointAngles {
     match rig.get(joint).map(|joint| joint.motion) {
-        Some(Motion::Euler { .. }) => JointAngles::Euler([Some(0.1), None, Some(-0.2)]),
-        Some(Motion::Ball { .. } | Motion::Free { .. }) => JointAngles::Rotation(DQuat::from_rotation_x(0.2)),
+        Some(JointMotion::Euler { .. }) => JointAngles::Euler([Some(0.1), None, Some(-0.2)]),
+        Some(JointMotion::Ball { .. } | JointMotion::Free { .. }) => {
+            JointAngles::Rotation(DQuat::from_rotation_x(0.2))
+        }
         _ => JointAngles::Value(0.1),
     }
 }

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use glam::DVec3;
 use ikiru_rig::{
-    Clip, ClipError, EulerOrder, Joint, JointId, Motion, Part, Pose, Range, Rate, RateLimit, Rig, RigBuilder,
+    Clip, ClipError, EulerOrder, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit, RatePart, Rig,
+    RigBuilder,
 };
 use ikiru_solve::objectives::{Orientation, Position};
 use ikiru_solve::{
@@ -16,7 +17,7 @@ use ikiru_solve::{
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
 /// A joint of some motion, and a tip half a metre along x.
-fn one(motion: Motion) -> (Rig, JointId, JointId) {
+fn one(motion: JointMotion) -> (Rig, JointId, JointId) {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("joint", None);
     joint.motion = motion;
@@ -27,11 +28,11 @@ fn one(motion: Motion) -> (Rig, JointId, JointId) {
     (builder.build().unwrap(), joint, tip)
 }
 
-fn hinge() -> Motion {
-    Motion::Hinge { axis: DVec3::Z, range: Range::new(-3.0, 3.0) }
+fn hinge() -> JointMotion {
+    JointMotion::Hinge { axis: DVec3::Z, range: Range::new(-3.0, 3.0) }
 }
 
-fn limit(joint: JointId, part: Part, rate: Rate, most: f64) -> RateLimit {
+fn limit(joint: JointId, part: RatePart, rate: Rate, most: f64) -> RateLimit {
     RateLimit { joint, part, rate, most }
 }
 
@@ -42,13 +43,13 @@ fn plan(motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
 }
 
 /// The largest speed and acceleration of a joint, by differences of poses on the curve.
-fn measured(clip: &Clip, joint: JointId, part: Part) -> (f64, f64) {
+fn measured(clip: &Clip, joint: JointId, part: RatePart) -> (f64, f64) {
     let rig = clip.rig();
     let own: Vec<usize> = rig.dofs_of(joint).collect();
-    let is_free = matches!(rig.get(joint).unwrap().motion, Motion::Free { .. });
+    let is_free = matches!(rig.get(joint).unwrap().motion, JointMotion::Free { .. });
     let dofs = match (is_free, part) {
-        (true, Part::Translation) => own[..3].to_vec(),
-        (true, Part::Rotation) => own[3..].to_vec(),
+        (true, RatePart::Translation) => own[..3].to_vec(),
+        (true, RatePart::Rotation) => own[3..].to_vec(),
         _ => own,
     };
     let h = 2e-5;
@@ -80,14 +81,14 @@ fn a_hinge_goes_as_far_as_its_speed_lets_it() {
         let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
         motion.set_smoothness([0.0, 0.0, 1e-4]).unwrap();
         motion.fix_start(&rig.rest_pose()).unwrap();
-        motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, most)]).unwrap();
+        motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, most)]).unwrap();
         let id = motion.add(1.0, When::End, Position::new(tip, goal(2.0))).unwrap();
         let planned = plan(&motion, &rig.rest_pose());
         let end = planned.clip.poses().last().unwrap().coords()[0];
         assert!(planned.report.exceeded.is_empty());
         assert_eq!(planned.report.success, reaches, "{:?}", planned.report);
         assert_eq!(planned.report.terms[id.index()].satisfied, reaches);
-        let (speed, _) = measured(&planned.clip, joint, Part::Rotation);
+        let (speed, _) = measured(&planned.clip, joint, RatePart::Rotation);
         assert!(speed <= most * (1.0 + 1e-6), "{speed} of {most}");
         // As far as full speed all the time gets it, but for the margin that is kept.
         let expected = f64::min(2.0, most);
@@ -106,7 +107,7 @@ fn a_budget_that_has_run_out_leaves_what_is_known_to_keep_the_limits() {
     let goal = DVec3::new(0.5 * 2.9_f64.cos(), 0.5 * 2.9_f64.sin(), 0.0);
     let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
     motion.fix_start(&rig.rest_pose()).unwrap();
-    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.0)]).unwrap();
+    motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 1.0)]).unwrap();
     motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
     // A guess that meets the target far too fast.
     let guess = Clip::new("", vec![0.0, 1.0], vec![turned(0.0), turned(2.9)]).unwrap();
@@ -114,7 +115,7 @@ fn a_budget_that_has_run_out_leaves_what_is_known_to_keep_the_limits() {
     let planned = solver.plan(&motion, &guess, &mut MotionWorkspace::default());
     assert_eq!((planned.report.stop, planned.report.iterations), (StopReason::TimeBudget, 0));
     assert!(planned.report.exceeded.is_empty() && !planned.report.success);
-    assert!(measured(&planned.clip, joint, Part::Rotation).0 <= 1.0);
+    assert!(measured(&planned.clip, joint, RatePart::Rotation).0 <= 1.0);
     assert_eq!(planned.clip.poses()[0], rig.rest_pose());
 }
 
@@ -127,14 +128,14 @@ fn accelerations_hold_and_what_can_be_reached_is() {
         let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
         motion.set_smoothness([0.0, 1e-4, 1e-4]).unwrap();
         motion.fix_history(&[rig.rest_pose(), rig.rest_pose()]).unwrap();
-        motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Acceleration, most)]).unwrap();
+        motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Acceleration, most)]).unwrap();
         let goal = DVec3::new(0.5 * 1.0_f64.cos(), 0.5 * 1.0_f64.sin(), 0.0);
         // At rest there: the last four frames are at the goal.
         let span = When::Span { from: 57.0 / 60.0, to: 1.0 };
         motion.add(10.0, span, Position::new(tip, goal)).unwrap();
         let planned = plan(&motion, &rig.rest_pose());
         assert_eq!(planned.report.success, reaches, "{:?}", planned.report);
-        let (_, acceleration) = measured(&planned.clip, joint, Part::Rotation);
+        let (_, acceleration) = measured(&planned.clip, joint, RatePart::Rotation);
         assert!(acceleration <= most * (1.0 + 1e-4), "{acceleration} of {most}");
         assert!(acceleration > 0.9 * most.min(4.6), "what is allowed is used: {acceleration}");
     }
@@ -160,7 +161,7 @@ fn every_joint_of_any_rig_keeps_its_limits() {
         // Half of what each joint would like.
         let mut limits = Vec::new();
         for joint in rig.ids() {
-            for part in [Part::Rotation, Part::Translation] {
+            for part in [RatePart::Rotation, RatePart::Translation] {
                 let (peak, bend) =
                     (free.clip.peak_speed(joint, part), free.clip.peak_acceleration(joint, part));
                 // A ball that its cone stops at once has no acceleration to speak of.
@@ -194,7 +195,7 @@ fn limits_that_do_not_bind_change_nothing() {
     motion.fix_start(&rig.rest_pose()).unwrap();
     motion.add(1.0, When::End, Position::new(tip, DVec3::new(0.4, 0.3, 0.0))).unwrap();
     let free = plan(&motion, &rig.rest_pose());
-    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 50.0)]).unwrap();
+    motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 50.0)]).unwrap();
     let limited = plan(&motion, &rig.rest_pose());
     assert_eq!((free.clip, free.report), (limited.clip, limited.report));
 }
@@ -207,14 +208,14 @@ fn what_is_given_too_far_apart_names_joint_and_time() {
     let mut end = rig.rest_pose();
     end.set_value(joint, 2.0).unwrap();
     motion.fix_end(Some(&end)).unwrap();
-    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.0)]).unwrap();
+    motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 1.0)]).unwrap();
     let planned = plan(&motion, &rig.rest_pose());
     assert!(!planned.report.success);
     let [excess] = planned.report.exceeded[..] else { panic!("{:?}", planned.report.exceeded) };
     assert_eq!(excess.limit.joint, joint);
     assert!(excess.peak.value > 1.9 && (0.0..=1.0).contains(&excess.peak.secs), "{excess:?}");
     // With as much speed as it takes they are kept.
-    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 2.02)]).unwrap();
+    motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 2.02)]).unwrap();
     let planned = plan(&motion, &rig.rest_pose());
     assert!(planned.report.success, "{:?}", planned.report);
 }
@@ -224,17 +225,17 @@ fn limits_that_mean_nothing_are_refused() {
     let (rig, joint, _) = one(hinge());
     let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
     for most in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let refused = motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, most)]);
+        let refused = motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, most)]);
         assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::RateLimitMost { .. }))), "{most}");
     }
-    let refused = motion.set_rate_limits(&[limit(joint, Part::Translation, Rate::Speed, 1.0)]);
+    let refused = motion.set_rate_limits(&[limit(joint, RatePart::Translation, Rate::Speed, 1.0)]);
     assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::RateLimitPart { .. }))));
-    let refused = motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Jerk, 1.0)]);
+    let refused = motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Jerk, 1.0)]);
     assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::RateLimitJerk { .. }))));
     let unknown = JointId::from_index(99);
-    let refused = motion.set_rate_limits(&[limit(unknown, Part::Rotation, Rate::Speed, 1.0)]);
+    let refused = motion.set_rate_limits(&[limit(unknown, RatePart::Rotation, Rate::Speed, 1.0)]);
     assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::NoJoint { .. }))));
-    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.0)]).unwrap();
+    motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 1.0)]).unwrap();
     let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
     let options = SolverOptions { method: Method::Adam(AdamOptions::default()), ..SolverOptions::default() };
     let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default());
@@ -244,19 +245,22 @@ fn limits_that_mean_nothing_are_refused() {
 
 #[test]
 fn a_ball_and_a_slider_keep_theirs() {
-    let slider = Motion::Slider { axis: DVec3::X, range: Range::new(-2.0, 2.0) };
+    let slider = JointMotion::Slider { axis: DVec3::X, range: Range::new(-2.0, 2.0) };
     let ranges = [Range::new(-2.0, 2.0); 3];
-    let euler = Motion::Euler { order: EulerOrder::Zyx, ranges };
-    for (motion, part) in
-        [(slider, Part::Translation), (Motion::Ball { cone: None }, Part::Rotation), (euler, Part::Rotation)]
-    {
+    let euler = JointMotion::Euler { order: EulerOrder::Zyx, ranges };
+    for (motion, part) in [
+        (slider, RatePart::Translation),
+        (JointMotion::Ball { cone: None }, RatePart::Rotation),
+        (euler, RatePart::Rotation),
+    ] {
         let (rig, joint, tip) = one(motion);
         let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
         motion.set_smoothness([0.0, 1e-5, 1e-5]).unwrap();
         motion.fix_start(&rig.rest_pose()).unwrap();
-        let goal = if part == Part::Translation { DVec3::X * 1.4 } else { DVec3::new(-0.2, 0.3, 0.34641) };
+        let goal =
+            if part == RatePart::Translation { DVec3::X * 1.4 } else { DVec3::new(-0.2, 0.3, 0.34641) };
         motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
-        let most = if part == Part::Translation { 0.6 } else { 1.2 };
+        let most = if part == RatePart::Translation { 0.6 } else { 1.2 };
         motion.set_rate_limits(&[limit(joint, part, Rate::Speed, most)]).unwrap();
         let planned = plan(&motion, &rig.rest_pose());
         let (speed, _) = measured(&planned.clip, joint, part);
@@ -276,8 +280,8 @@ fn a_free_duration_takes_as_long_as_the_limits_ask_for() {
     let far = motion.add(1.0, When::End, Position::new(tip, goal(2.2))).unwrap();
     let free = plan(&motion, &rig.rest_pose());
     let limits = [
-        limit(joint, Part::Rotation, Rate::Speed, 1.0),
-        limit(joint, Part::Rotation, Rate::Acceleration, 6.0),
+        limit(joint, RatePart::Rotation, Rate::Speed, 1.0),
+        limit(joint, RatePart::Rotation, Rate::Acceleration, 6.0),
     ];
     motion.set_rate_limits(&limits).unwrap();
     motion.set_free_duration(true);
@@ -286,7 +290,7 @@ fn a_free_duration_takes_as_long_as_the_limits_ask_for() {
     // The same poses, later: all terms hold as they did.
     assert_eq!(planned.clip.poses(), free.clip.poses());
     assert_eq!(planned.report.cost, free.report.cost);
-    let (speed, acceleration) = measured(&planned.clip, joint, Part::Rotation);
+    let (speed, acceleration) = measured(&planned.clip, joint, RatePart::Rotation);
     assert!(speed <= 1.0 + 1e-6 && acceleration <= 6.0 + 1e-3, "{speed} {acceleration}");
     assert!(speed > 0.95, "no slower than it must be: {speed}");
     let (near, far) = (&planned.report.terms[near.index()], &planned.report.terms[far.index()]);
@@ -332,7 +336,7 @@ fn limits_above_what_a_motion_needs_are_kept_from_a_moving_history() {
         motion.add(1.0, When::End, Position::new(tip, far)).unwrap();
         let mut limits = Vec::new();
         for joint in rig.ids() {
-            for part in [Part::Rotation, Part::Translation] {
+            for part in [RatePart::Rotation, RatePart::Translation] {
                 let (speed, bend) =
                     (clip.peak_speed(joint, part).value, clip.peak_acceleration(joint, part).value);
                 if speed > 0.01 {
@@ -368,7 +372,7 @@ fn what_was_executed_is_not_judged_and_does_not_slow_down_what_is_planned() {
     motion.fix_history(&history).unwrap();
     let goal = DVec3::new(0.5 * 1.4_f64.cos(), 0.5 * 1.4_f64.sin(), 0.0);
     motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
-    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.0)]).unwrap();
+    motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 1.0)]).unwrap();
     let planned = plan(&motion, &history[11]);
     assert!(planned.report.success, "{:?}", planned.report);
     // A free duration would give executed frames new times.
@@ -387,9 +391,9 @@ fn even_spacing_and_limits_go_together() {
     motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
     let free = plan(&motion, &rig.rest_pose());
     assert!(free.report.success, "{:?}", free.report);
-    motion.set_rate_limits(&[limit(joint, Part::Rotation, Rate::Speed, 1.6)]).unwrap();
+    motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 1.6)]).unwrap();
     let limited = plan(&motion, &rig.rest_pose());
     assert!(limited.report.success && limited.report.exceeded.is_empty(), "{:?}", limited.report);
-    let (speed, _) = measured(&limited.clip, joint, Part::Rotation);
+    let (speed, _) = measured(&limited.clip, joint, RatePart::Rotation);
     assert!(speed <= 1.6 * (1.0 + 1e-6), "{speed}");
 }

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
-use ikiru_rig::{Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{
     Direction, Gaze, JointAngles, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
 };
@@ -20,11 +20,12 @@ use proptest::prelude::*;
 fn arm() -> Rig {
     let mut builder = RigBuilder::new();
     let mut shoulder = Joint::new("shoulder", None);
-    shoulder.motion = Motion::Euler { order: Default::default(), ranges: [Range::degrees(-90.0, 90.0); 3] };
+    shoulder.motion =
+        JointMotion::Euler { order: Default::default(), ranges: [Range::degrees(-90.0, 90.0); 3] };
     let shoulder = builder.add(shoulder);
     let mut elbow = Joint::new("elbow", Some(shoulder));
     elbow.rest_translation = DVec3::new(0.3, 0.0, 0.0);
-    elbow.motion = Motion::Hinge { axis: DVec3::Y, range: Range::degrees(-150.0, 0.0) };
+    elbow.motion = JointMotion::Hinge { axis: DVec3::Y, range: Range::degrees(-150.0, 0.0) };
     let elbow = builder.add(elbow);
     let mut hand = Joint::new("hand", Some(elbow));
     hand.rest_translation = DVec3::new(0.25, 0.0, 0.0);

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{JointAngles, KnownRotation, Position, RestPose};
 use ikiru_solve::{
     Inputs, Invalid, JointRows, Loss, MOST_PARTS, Objective, Part, Problem, Rows, Search, Solver,
@@ -10,7 +10,7 @@ use ikiru_solve::{
 };
 
 /// One joint that moves, and a tip one metre along x.
-fn one_joint(motion: Motion) -> (Rig, JointId, JointId) {
+fn one_joint(motion: JointMotion) -> (Rig, JointId, JointId) {
     let mut builder = RigBuilder::new();
     let mut joint = Joint::new("joint", None);
     joint.motion = motion;
@@ -22,7 +22,7 @@ fn one_joint(motion: Motion) -> (Rig, JointId, JointId) {
 }
 
 fn slider() -> (Rig, JointId, JointId) {
-    one_joint(Motion::Slider { axis: DVec3::X, range: Range::new(0.0, 0.1) })
+    one_joint(JointMotion::Slider { axis: DVec3::X, range: Range::new(0.0, 0.1) })
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn an_offset_is_measured_in_metres() {
 
 #[test]
 fn the_two_units_of_a_free_root_are_two_parts() {
-    let (rig, joint, _) = one_joint(Motion::Free { cone: None });
+    let (rig, joint, _) = one_joint(JointMotion::Free { cone: None });
     let mut moved = rig.rest_pose();
     moved.set_rotation(joint, DQuat::from_rotation_y(0.3)).unwrap();
     moved.set_translation(joint, DVec3::new(0.0, 0.0, 0.4)).unwrap();
@@ -56,7 +56,7 @@ fn the_two_units_of_a_free_root_are_two_parts() {
 
 #[test]
 fn angles_that_do_not_fit_a_joint_are_refused_with_the_reason() {
-    let (rig, joint, tip) = one_joint(Motion::Ball { cone: None });
+    let (rig, joint, tip) = one_joint(JointMotion::Ball { cone: None });
     let refused = |problem: &Problem| {
         let mut pose = rig.rest_pose();
         let mut workspace = Solver::default().workspace(problem);
@@ -118,7 +118,7 @@ impl JointRows for Parts {
         Ok(())
     }
     /// Says nothing: what it leaves alone counts as nothing, whatever another term left in memory.
-    fn evaluate(&self, _: usize, _: &Motion, _: &[f64], _: &mut [f64], _: Option<&mut [f64]>) {}
+    fn evaluate(&self, _: usize, _: &JointMotion, _: &[f64], _: &mut [f64], _: Option<&mut [f64]>) {}
 }
 
 #[test]

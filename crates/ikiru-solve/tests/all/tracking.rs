@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use ikiru_rig::{Cone, EulerOrder, Joint, JointId, Motion, Range, Rig, RigBuilder};
+use ikiru_rig::{Cone, EulerOrder, Joint, JointId, JointMotion, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Position, RestPose};
 use ikiru_solve::{Problem, Solver, SolverOptions};
 
@@ -12,11 +12,11 @@ use ikiru_solve::{Problem, Solver, SolverOptions};
 /// there the elbow turns with the root of the way, which a pull to rest keeps bounded.
 const STATED_MULTIPLE: f64 = 8.0;
 
-fn arm(shoulder: Motion, elbow: Motion) -> (Rig, JointId) {
+fn arm(shoulder: JointMotion, elbow: JointMotion) -> (Rig, JointId) {
     let mut builder = RigBuilder::new();
     let mut parent = None;
     for (name, length, motion) in
-        [("shoulder", 0.0, shoulder), ("elbow", 0.3, elbow), ("hand", 0.25, Motion::Fixed)]
+        [("shoulder", 0.0, shoulder), ("elbow", 0.3, elbow), ("hand", 0.25, JointMotion::Fixed)]
     {
         let mut joint = Joint::new(name, parent);
         joint.rest_translation = DVec3::new(length, 0.0, 0.0);
@@ -29,10 +29,10 @@ fn arm(shoulder: Motion, elbow: Motion) -> (Rig, JointId) {
 
 #[test]
 fn a_target_that_circles_out_of_reach_and_back_moves_no_joint_too_fast() {
-    let euler = Motion::Euler { order: EulerOrder::Zyx, ranges: [Range::degrees(-100.0, 100.0); 3] };
+    let euler = JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::degrees(-100.0, 100.0); 3] };
     let cone = Cone::new(DVec3::X, [1.9, 1.9], Range::new(-1.0, 1.0)).unwrap();
-    let hinge = Motion::Hinge { axis: DVec3::Y, range: Range::degrees(-150.0, 0.0) };
-    for shoulder in [euler, Motion::BALL, Motion::Ball { cone: Some(cone) }] {
+    let hinge = JointMotion::Hinge { axis: DVec3::Y, range: Range::degrees(-150.0, 0.0) };
+    for shoulder in [euler, JointMotion::BALL, JointMotion::Ball { cone: Some(cone) }] {
         let (rig, hand) = arm(shoulder, hinge);
         let mut problem = Problem::whole_body(&rig);
         let reach = problem.add(1.0, Position::new(hand, DVec3::ZERO));

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
-use ikiru_rig::{JointId, Motion, Range, Rig, Role, humanoid};
+use ikiru_rig::{JointId, JointMotion, Range, Rig, Role, humanoid};
 use ikiru_scenario::Scenario;
 
 use crate::warnings;
@@ -86,13 +86,13 @@ impl Facts {
     }
 }
 
-fn is_limited(motion: &Motion) -> bool {
+fn is_limited(motion: &JointMotion) -> bool {
     motion.cone().is_some() || motion.ranges().iter().any(|range| !Range::is_unlimited(range))
 }
 
 /// Meshes, lights and cameras, which often lie at the origin, are no part of the body.
 fn height(rig: &Rig, rest: &[Rest]) -> f64 {
-    let moves = |joint: JointId| rig.get(joint).is_some_and(|j| j.motion != Motion::Fixed);
+    let moves = |joint: JointId| rig.get(joint).is_some_and(|j| j.motion != JointMotion::Fixed);
     let body = rig.ids().filter(|joint| rig.ancestors(*joint).any(moves));
     let heights = body.map(|joint| rest[joint.index()].position.y);
     let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));

@@ -1,6 +1,6 @@
 //! `inspect --json`.
 
-use ikiru_rig::{Joint, Motion, Range, Rig, Role};
+use ikiru_rig::{Joint, JointMotion, Range, Rig, Role};
 use serde_json::{Value, json};
 
 use super::facts::{Facts, LimitSource};
@@ -43,7 +43,7 @@ fn follows(rig: &Rig, joint: &Joint) -> Value {
     let Some(mimic) = joint.mimic else { return Value::Null };
     let leader = rig.get(mimic.leader).map(|leader| leader.name.as_str());
     let mut follows = json!({ "joint": leader, "multiplier": mimic.multiplier });
-    if let Motion::Slider { .. } = joint.motion {
+    if let JointMotion::Slider { .. } = joint.motion {
         follows["offset"] = json!(mimic.offset);
     } else {
         follows["offset_deg"] = json!(mimic.offset.to_degrees());
@@ -52,7 +52,7 @@ fn follows(rig: &Rig, joint: &Joint) -> Value {
 }
 
 /// Limits under the keys that a scenario has for them; null where there are none, and for an open end.
-fn limits(motion: &Motion) -> Value {
+fn limits(motion: &JointMotion) -> Value {
     let ranges = motion.ranges();
     let ends = |end: fn(&Range) -> f64| -> Vec<Value> {
         ranges
@@ -63,14 +63,16 @@ fn limits(motion: &Motion) -> Value {
     let (min, max) = (ends(|r| r.min.to_degrees()), ends(|r| r.max.to_degrees()));
     match motion {
         _ if !ranges.is_empty() && ranges.iter().all(Range::is_unlimited) => Value::Null,
-        Motion::Euler { .. } => json!({ "min_deg": min, "max_deg": max }),
-        Motion::Hinge { .. } => json!({ "min_deg": min[0], "max_deg": max[0] }),
-        Motion::Slider { .. } => json!({ "min": ends(|r| r.min)[0], "max": ends(|r| r.max)[0] }),
-        Motion::Ball { cone: Some(cone) } | Motion::Free { cone: Some(cone) } => json!({
+        JointMotion::Euler { .. } => json!({ "min_deg": min, "max_deg": max }),
+        JointMotion::Hinge { .. } => json!({ "min_deg": min[0], "max_deg": max[0] }),
+        JointMotion::Slider { .. } => json!({ "min": ends(|r| r.min)[0], "max": ends(|r| r.max)[0] }),
+        JointMotion::Ball { cone: Some(cone) } | JointMotion::Free { cone: Some(cone) } => json!({
             "axis": cone.axis().to_array(),
             "swing_deg": cone.swing().map(f64::to_degrees),
             "twist_deg": [cone.twist().min.to_degrees(), cone.twist().max.to_degrees()],
         }),
-        Motion::Fixed | Motion::Ball { cone: None } | Motion::Free { cone: None } => Value::Null,
+        JointMotion::Fixed | JointMotion::Ball { cone: None } | JointMotion::Free { cone: None } => {
+            Value::Null
+        }
     }
 }

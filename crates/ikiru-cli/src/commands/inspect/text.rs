@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Cone, JointId, Mimic, Motion, Range, Rig, Role};
+use ikiru_rig::{Cone, JointId, JointMotion, Mimic, Range, Rig, Role};
 
 use super::facts::{Facts, LimitSource};
 use super::tree;
@@ -131,20 +131,24 @@ fn direction(v: DVec3) -> String {
 }
 
 /// How a joint moves, its degrees of freedom and its limits.
-fn motion(motion: &Motion) -> String {
+fn motion(motion: &JointMotion) -> String {
     let limits = match motion {
-        Motion::Fixed => return "fixed".to_owned(),
-        Motion::Slider { axis, range } => format!("along {}, {}", direction(*axis), range_of(range, metres)),
-        Motion::Hinge { axis, range } => format!("about {}, {}", direction(*axis), range_of(range, angle)),
-        Motion::Euler { ranges, .. } if ranges.iter().all(Range::is_unlimited) => "no limits".to_owned(),
-        Motion::Euler { ranges, .. } => {
+        JointMotion::Fixed => return "fixed".to_owned(),
+        JointMotion::Slider { axis, range } => {
+            format!("along {}, {}", direction(*axis), range_of(range, metres))
+        }
+        JointMotion::Hinge { axis, range } => {
+            format!("about {}, {}", direction(*axis), range_of(range, angle))
+        }
+        JointMotion::Euler { ranges, .. } if ranges.iter().all(Range::is_unlimited) => "no limits".to_owned(),
+        JointMotion::Euler { ranges, .. } => {
             let named = ["x", "y", "z"].iter().zip(ranges);
             named
                 .map(|(axis, range)| format!("{axis} {}", range_of(range, angle)))
                 .collect::<Vec<_>>()
                 .join(", ")
         }
-        Motion::Ball { cone } | Motion::Free { cone } => {
+        JointMotion::Ball { cone } | JointMotion::Free { cone } => {
             cone.as_ref().map_or("no limits".to_owned(), cone_of)
         }
     };
@@ -153,14 +157,14 @@ fn motion(motion: &Motion) -> String {
 }
 
 /// `follows LEADER`, and how where it is not as the leader does.
-fn follower(rig: &Rig, motion: &Motion, mimic: Mimic) -> String {
+fn follower(rig: &Rig, motion: &JointMotion, mimic: Mimic) -> String {
     let leader = rig.get(mimic.leader).map_or("", |j| &j.name);
     let mut text = format!("follows {leader}");
     if mimic.multiplier != 1.0 {
         let _ = write!(text, " times {}", short(mimic.multiplier));
     }
     if mimic.offset != 0.0 {
-        let is_slider = matches!(motion, Motion::Slider { .. });
+        let is_slider = matches!(motion, JointMotion::Slider { .. });
         let offset = if is_slider { metres(mimic.offset) } else { angle(mimic.offset) };
         let _ = write!(text, " plus {offset}");
     }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::DVec3;
-use ikiru_rig::{Clip, EulerOrder, Joint, JointId, Motion, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{Clip, EulerOrder, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::{MotionProblem, MotionWorkspace, PlannedMotion, Solver, SolverOptions};
 use ikiru_testkit::reference::world_matrices;
 
@@ -16,7 +16,7 @@ pub fn arm(limit_deg: f64) -> (Rig, JointId) {
         joint.rest_translation = if i == 0 { DVec3::ZERO } else { DVec3::X * 0.25 };
         if i < 4 {
             let ranges = [Range::degrees(-limit_deg, limit_deg); 3];
-            joint.motion = Motion::Euler { order: EulerOrder::Zyx, ranges };
+            joint.motion = JointMotion::Euler { order: EulerOrder::Zyx, ranges };
         }
         parent = Some(builder.add(joint));
     }
