@@ -250,7 +250,7 @@ fn other_rigs_and_invalid_poses_are_refused() {
     let loaded = Loaded::from_rig(rig_of_all_kinds());
     let other = random_rig(3, 1);
     let message = write_bvh_pose(&loaded, &other.rest_pose()).unwrap_err().to_string();
-    assert_eq!(message, "rig: the pose does not fit the file: it has 3 joints, the file 9");
+    assert_eq!(message, "rig: the pose does not fit the file: it has 3 joints, expected 9");
     let mut pose = loaded.rig.rest_pose();
     pose.coords_mut()[0] = f64::NAN;
     let message = write_bvh_pose(&loaded, &pose).unwrap_err().to_string();

@@ -206,7 +206,7 @@ fn what_does_not_fit_the_file_is_refused() {
     );
     let mut builder = loaded.rig.to_builder();
     builder.add(Joint::new("toe", None));
-    assert!(error(builder).contains("it has 4 joints, the file 3"));
+    assert!(error(builder).contains("it has 4 joints, expected 3"));
     let mut builder = loaded.rig.to_builder();
     builder.joints_mut()[1].rest_translation.x += 0.1;
     assert!(error(builder).contains("joint 'knee' has another rest transform"));
