@@ -55,7 +55,10 @@ pub use error::{Error, ErrorKind, Place};
 pub use file::{lacks_unit, read, read_glb, read_gltf, read_scaled, read_urdf, save};
 pub use gltf::write::write_posed_glb;
 pub use gltf::write_animation::write_animated_glb;
-pub use json::{motion_json, motion_rig, pose_json, read_motion, read_motion_json, read_pose_json};
+pub use json::{
+    MotionRig, motion_json, motion_rig, name_motion_rig, pose_json, read_motion, read_motion_json,
+    read_pose_json,
+};
 pub use loaded::Loaded;
 pub use vrm::animation::{read_vrma, write_vrma};
 pub use warning::{BoneProblem, Warning};

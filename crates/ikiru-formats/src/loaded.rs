@@ -24,6 +24,7 @@ pub struct Loaded {
     /// What was mended or left out.
     pub warnings: Vec<Warning>,
     pub(crate) name: Option<String>,
+    pub(crate) scale: f64,
     pub(crate) world_from_file: DQuat,
     pub(crate) joint_from_file: DQuat,
     pub(crate) source: Option<Arc<Source>>,
@@ -40,6 +41,7 @@ impl Loaded {
             clips: Vec::new(),
             warnings: Vec::new(),
             name: None,
+            scale: 1.0,
             world_from_file: DQuat::IDENTITY,
             joint_from_file: DQuat::IDENTITY,
             source: None,
@@ -52,6 +54,13 @@ impl Loaded {
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         self.name.as_deref()
+    }
+
+    /// The length in metres that a unit of the file was read as, in a format that does not say
+    /// ([`read_scaled`](crate::read_scaled)); 1 in all others.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// The document that the rig was read from: what writing needs besides the rig.

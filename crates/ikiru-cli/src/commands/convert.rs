@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use ikiru_formats::{
-    Format, Loaded, motion_csv, motion_json, motion_rig, read_motion, save, write_clip, write_pose,
+    Format, Loaded, motion_csv, motion_json, motion_rig, name_motion_rig, read_motion, save, write_clip,
+    write_pose,
 };
 use ikiru_rig::humanoid::{Reference, transfer};
 use ikiru_rig::{Clip, JointId, JointMotion};
@@ -75,7 +76,9 @@ fn read_input(args: &ConvertArgs) -> Result<(Loaded, Option<&Path>), Failure> {
         .with_context(|| format!("{name} cannot be read"))
         .map_err(Failure::input)?;
     // Without a rig of its own it is one of the rig that it goes onto.
-    let (rig, onto) = match (motion_rig(&bytes), onto) {
+    let said = motion_rig(&bytes);
+    let scale = args.scale.or(said.as_ref().map(|rig| rig.scale));
+    let (rig, onto) = match (said.map(|rig| rig.name), onto) {
         (Some(rig), onto) => (beside(&args.input, &rig), onto.filter(|onto| *onto != Path::new(&rig))),
         (None, Some(onto)) => (onto.to_owned(), None),
         (None, None) => {
@@ -84,7 +87,7 @@ fn read_input(args: &ConvertArgs) -> Result<(Loaded, Option<&Path>), Failure> {
             )));
         }
     };
-    let loaded = read_rig(&rig, args.roles.as_deref(), args.scale)?;
+    let loaded = read_rig(&rig, args.roles.as_deref(), scale)?;
     Ok((read_motion(&bytes, &name, loaded).map_err(Failure::input)?, onto))
 }
 
@@ -133,9 +136,7 @@ fn written(loaded: &Loaded, clip: Option<&Clip>, args: &ConvertArgs) -> Result<V
     } else {
         let clip = needed(clip, args, "a .json file is one here")?;
         let mut motion = motion_json(clip, &moving(clip));
-        if let (Some(members), Some(name)) = (motion.as_object_mut(), loaded.name()) {
-            members.insert("rig".to_owned(), name.into());
-        }
+        name_motion_rig(&mut motion, loaded);
         return Ok(format!("{motion}\n").into_bytes());
     };
     let mut advice = format!("{} cannot be written from {}", args.output.display(), args.input.display());

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ikiru_formats::{motion_csv, motion_json, write_clip};
+use ikiru_formats::{motion_csv, motion_json, name_motion_rig, write_clip};
 use ikiru_rig::{Clip, Rate, RateExcess, RateLimit, RatePart, Rig};
 use ikiru_scenario::{MotionScenario, PlannedScenario};
 use ikiru_solve::{MotionReport, MotionWorkspace};
@@ -140,12 +140,12 @@ fn described(
     let poses = motion_json(clip, &motion.active);
     if let (Some(described), Value::Object(poses)) = (described.as_object_mut(), poses) {
         described.extend(poses);
-        described.insert("rig".to_owned(), json!(motion.loaded.name()));
         described.insert("objectives".to_owned(), Value::Array(objectives));
         let exceeded: Vec<Value> = report.exceeded.iter().map(|e| exceeded_json(clip.rig(), e)).collect();
         described.insert("exceeded".to_owned(), Value::Array(exceeded));
         described.insert("warnings".to_owned(), json!(warnings));
     }
+    name_motion_rig(&mut described, &motion.loaded);
     described
 }
 

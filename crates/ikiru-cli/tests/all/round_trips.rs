@@ -136,3 +136,22 @@ fn a_hinge_without_limits_goes_on_to_a_given_end() {
         assert!(column.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 30.0), "{column:?}");
     }
 }
+
+#[test]
+fn a_motion_in_json_keeps_the_scale_of_its_rig() {
+    let folder = tempfile::tempdir().unwrap();
+    let bvh = "HIERARCHY\nROOT hips\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation \
+        Xrotation\nEnd Site\n{\nOFFSET 0 20 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.5\n\
+        0 10 0 0 0 0\n0 10 40 0 0 0\n";
+    std::fs::write(folder.path().join("walk.bvh"), bvh).unwrap();
+    run(folder.path(), &["convert", "walk.bvh", "walk.json", "--scale", "0.05"]);
+    let text = std::fs::read(folder.path().join("walk.json")).unwrap();
+    let motion: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    assert_eq!((motion["rig"].as_str(), motion["rig_scale"].as_f64()), (Some("walk.bvh"), Some(0.05)));
+    run(folder.path(), &["convert", "walk.json", "again.bvh"]);
+    // A body that was read as BVH is written in the unit of its file.
+    let again = ikiru_formats::read_scaled(folder.path().join("again.bvh"), 0.05).unwrap();
+    let hips = again.rig.joint("hips").unwrap();
+    let [first, last] = [0, 1].map(|pose| again.clips[0].poses()[pose].frame(hips).origin.value());
+    assert!((last - first - DVec3::new(0.0, 0.0, 2.0)).length() < 1e-9, "{first} to {last}");
+}

@@ -67,7 +67,8 @@ fn load(bytes: &[u8], name: &str, options: &BvhOptions) -> Result<Loaded, Fault>
     check_height(&rig, clip.as_ref(), options.scale, &mut warnings);
     let warnings = warnings.into_vec();
     let clips = clip.into_iter().collect();
-    Ok(Loaded { clips, warnings, layout: Some(Arc::new(layout)), ..Loaded::from_rig(rig) })
+    let (scale, layout) = (options.scale, Some(Arc::new(layout)));
+    Ok(Loaded { clips, warnings, scale, layout, ..Loaded::from_rig(rig) })
 }
 
 fn joint_layout(node: &Node<'_>) -> JointLayout {

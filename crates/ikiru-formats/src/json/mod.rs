@@ -7,7 +7,7 @@ mod read_pose;
 mod write;
 
 pub use read::read_motion_json;
-pub use read_onto::{motion_rig, read_motion};
+pub use read_onto::{MotionRig, motion_rig, name_motion_rig, read_motion};
 pub use read_pose::read_pose_json;
 pub use write::{motion_json, pose_json};
 

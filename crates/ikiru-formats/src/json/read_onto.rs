@@ -27,15 +27,35 @@ pub fn read_motion(bytes: &[u8], name: &str, loaded: Loaded) -> Result<Loaded, E
     Ok(loaded)
 }
 
-/// What the rig of a motion was read from, as its JSON has it under `"rig"`: a path, or the name of a built-in rig.
-/// `None` where it does not say, or is no JSON; [`read_motion`] then says what is wrong.
+/// What the rig of a motion was read from.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct MotionRig {
+    /// A path, or the name of a built-in rig; in JSON `"rig"`.
+    #[serde(rename = "rig")]
+    pub name: String,
+    /// The length in metres that a unit of its file was read as; in JSON `"rig_scale"`, left out where it is 1.
+    #[serde(rename = "rig_scale", default = "one")]
+    pub scale: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// What the rig of a motion was read from, as its JSON has it. `None` where it does not say, or is no JSON;
+/// [`read_motion`] then says what is wrong.
 #[must_use]
-pub fn motion_rig(bytes: &[u8]) -> Option<String> {
-    #[derive(Deserialize)]
-    struct Text {
-        rig: Option<String>,
+pub fn motion_rig(bytes: &[u8]) -> Option<MotionRig> {
+    serde_json::from_slice(bytes).ok()
+}
+
+/// Says in a motion's JSON what its rig was read from, so that [`motion_rig`] finds it again; nothing for a rig from memory.
+pub fn name_motion_rig(motion: &mut serde_json::Value, loaded: &Loaded) {
+    let (Some(members), Some(name)) = (motion.as_object_mut(), loaded.name()) else { return };
+    members.insert("rig".to_owned(), name.into());
+    if loaded.scale() != 1.0 {
+        members.insert("rig_scale".to_owned(), loaded.scale().into());
     }
-    serde_json::from_slice::<Text>(bytes).ok()?.rig
 }
 
 /// The rig with joints that can do what a motion says of them.

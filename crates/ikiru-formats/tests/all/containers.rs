@@ -148,7 +148,10 @@ fn a_motion_comes_back_onto_the_file_of_its_rig() {
     assert_eq!(motion_rig(document.to_string().as_bytes()), None);
     document["rig"] = json!("builtin:human");
     let text = document.to_string();
-    assert_eq!(motion_rig(text.as_bytes()).as_deref(), Some("builtin:human"));
+    assert_eq!(
+        motion_rig(text.as_bytes()).map(|rig| (rig.name, rig.scale)),
+        Some(("builtin:human".to_owned(), 1.0))
+    );
     // Neither the root floats in the file nor is the elbow Euler.
     let again = read_motion(text.as_bytes(), "dance.json", human).unwrap();
     assert_eq!(again.clips.len(), 1);
