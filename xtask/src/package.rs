@@ -39,7 +39,7 @@ fn package_into(root: &Path, metadata: &Metadata, shared_target: &Path) -> Resul
     let mut command = cargo::command(root);
     command.args(["package", "--workspace", "--allow-dirty", "--no-verify", "--offline", "--target-dir"]);
     command.arg(target);
-    for package in kept {
+    for package in &kept {
         command.args(["--exclude", &package.name]);
     }
     cargo::finish(&mut command)?;
@@ -51,7 +51,7 @@ fn package_into(root: &Path, metadata: &Metadata, shared_target: &Path) -> Resul
         unpack(&file, &unpacked)?;
         has_its_papers(&unpacked.join(format!("{}-{}", package.name, package.version)), root)?;
     }
-    let profiles = profiles(root)?;
+    let profiles = profiles(root, &kept)?;
     fs::write(unpacked.join("Cargo.toml"), workspace_manifest(&publishable, &profiles))?;
     fs::copy(root.join("Cargo.lock"), unpacked.join("Cargo.lock")).context("Cargo.lock cannot be copied")?;
     let mut command = cargo::command(&unpacked);
@@ -71,11 +71,18 @@ fn has_its_papers(package: &Path, root: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The workspace's own profiles: with others, all dependencies would be checked again.
-fn profiles(root: &Path) -> Result<String> {
+/// The workspace's own profiles, but for packages that are not there: with others, all dependencies would be checked
+/// again.
+fn profiles(root: &Path, absent: &[&Package]) -> Result<String> {
     let text = fs::read_to_string(root.join("Cargo.toml")).context("Cargo.toml cannot be read")?;
     let manifest: toml::Table = text.parse().context("Cargo.toml")?;
-    let profiles = manifest.into_iter().filter(|(key, _)| key == "profile").collect::<toml::Table>();
+    let mut profiles = manifest.into_iter().filter(|(key, _)| key == "profile").collect::<toml::Table>();
+    let tables = profiles.iter_mut().filter_map(|(_, all)| all.as_table_mut());
+    for (_, profile) in tables.flat_map(toml::Table::iter_mut) {
+        if let Some(overrides) = profile.get_mut("package").and_then(toml::Value::as_table_mut) {
+            overrides.retain(|name, _| absent.iter().all(|package| package.name != *name));
+        }
+    }
     Ok(profiles.to_string())
 }
 
@@ -147,6 +154,22 @@ mod tests {
         assert!(package(&tree).is_err(), "the function that is gone was still found");
         fs::write(tree.root().join(LIB), "pub fn b() { xtask_lower::c() }").unwrap();
         package(&tree).unwrap();
+    }
+
+    #[test]
+    fn profiles_are_the_workspaces_for_packages_that_are_there() {
+        let profile = "[profile.dev]\nopt-level = 2\n[profile.dev.package]\nxtask-kit = { opt-level = 1 }\n\
+                       xtask-lower = { opt-level = 0 }\n";
+        let tree = workspace("", "");
+        let manifest = tree.root().join("Cargo.toml");
+        let text = fs::read_to_string(&manifest).unwrap();
+        fs::write(&manifest, text + profile).unwrap();
+        let metadata = cargo::metadata(tree.root()).unwrap();
+        let absent: Vec<&Package> = metadata.packages.iter().filter(|p| p.name == "xtask-kit").collect();
+        let profiles: toml::Table = profiles(tree.root(), &absent).unwrap().parse().unwrap();
+        let dev = &profiles["profile"]["dev"];
+        assert_eq!(dev["opt-level"].as_integer(), Some(2));
+        assert_eq!(dev["package"].as_table().unwrap().keys().collect::<Vec<_>>(), ["xtask-lower"]);
     }
 
     #[test]
