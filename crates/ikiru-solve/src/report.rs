@@ -59,23 +59,27 @@ pub struct PartReport {
     pub unit: Unit,
 }
 
-/// Some parts of a term, in the order of the objective's; a slice that lies in the report itself.
+impl PartReport {
+    pub(crate) const ZERO: Self = Self { residual: 0.0, unit: Unit::Metres };
+}
+
+/// The parts of a term but for the first, in the order of the objective's; a slice that lies in the report itself.
 #[derive(Clone, Copy, PartialEq)]
 pub struct PartReports {
-    parts: [PartReport; MOST_PARTS],
+    parts: [PartReport; MOST_PARTS - 1],
     n_parts: usize,
 }
 
 impl PartReports {
-    /// Takes over the first [`MOST_PARTS`] of some parts.
-    pub(crate) fn new(parts: impl Iterator<Item = PartReport>) -> Self {
-        let mut reports =
-            Self { parts: [PartReport { residual: 0.0, unit: Unit::Metres }; MOST_PARTS], n_parts: 0 };
-        for (slot, part) in reports.parts.iter_mut().zip(parts) {
+    /// No parts.
+    pub(crate) const NONE: Self = Self { parts: [PartReport::ZERO; MOST_PARTS - 1], n_parts: 0 };
+
+    /// Takes one over, as long as there is room: an objective has at most [`MOST_PARTS`], the first not among these.
+    pub(crate) fn push(&mut self, part: PartReport) {
+        if let Some(slot) = self.parts.get_mut(self.n_parts) {
             *slot = part;
-            reports.n_parts += 1;
+            self.n_parts += 1;
         }
-        reports
     }
 }
 

@@ -3,7 +3,7 @@
 use ikiru_rig::Pose;
 
 use crate::layout::{Layout, joints_read};
-use crate::objective::{Inputs, Unit};
+use crate::objective::Inputs;
 use crate::options::{Method, SolverOptions};
 use crate::problem::Problem;
 use crate::report::{
@@ -173,16 +173,20 @@ fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &m
     for t in &layout.terms {
         let term = &problem.terms()[t.term];
         let objective = &term.objective;
-        let length =
-            |part: usize| PartReport { residual: state.squares[part].sqrt(), unit: layout.parts[part].unit };
-        let mut parts = t.parts.clone().map(length);
-        let first = parts.next().unwrap_or(PartReport { residual: 0.0, unit: Unit::Metres });
-        let others = PartReports::new(parts);
+        let loss = objective.loss();
+        let (mut first, mut others) = (PartReport::ZERO, PartReports::NONE);
         let mut cost = 0.0;
         let mut satisfied = true;
         for part in t.parts.clone() {
-            cost += term.weight * objective.loss().cost(state.squares[part]);
-            satisfied &= state.squares[part].sqrt() <= term.tolerance.of(layout.parts[part].unit);
+            let (square, unit) = (state.squares[part], layout.parts[part].unit);
+            let length = PartReport { residual: square.sqrt(), unit };
+            cost += term.weight * loss.cost(square);
+            satisfied &= length.residual <= term.tolerance.of(unit);
+            if part == t.parts.start {
+                first = length;
+            } else {
+                others.push(length);
+            }
         }
         let warning =
             if t.nodes.is_empty() { None } else { objective.warning(&Inputs { frames: state.frames_of(t) }) };

@@ -98,7 +98,11 @@ pub(crate) fn report_terms(
             let (term, samples) = (&motion.terms().terms()[t.term], &motion.tracks()[t.term].samples);
             let objective = &term.objective;
             let unit = |part: usize| layout.parts.get(part).map_or(Unit::Metres, |p| p.unit);
-            let others = t.parts.clone().skip(1).map(|part| PartReport { residual: 0.0, unit: unit(part) });
+            let mut others = PartReports::NONE;
+            t.parts
+                .clone()
+                .skip(1)
+                .for_each(|part| others.push(PartReport { residual: 0.0, unit: unit(part) }));
             MotionTermReport {
                 kind: objective.kind(),
                 joint: objective.joints().first().or(joints_read(&**objective).first()).copied(),
@@ -108,7 +112,7 @@ pub(crate) fn report_terms(
                 residual: 0.0,
                 unit: unit(t.parts.start),
                 worst_secs: timeline.time(samples.start),
-                others: PartReports::new(others),
+                others,
                 cost: 0.0,
                 satisfied: true,
                 mandatory: term.counts(),

@@ -310,17 +310,16 @@ impl StepSolver {
             let term = &problem.terms()[t.term];
             let loss = term.objective.loss();
             let mut row = t.rows.start;
-            for part in t.parts.clone() {
-                if part >= t.joint_parts().start {
-                    cost += term.weight * loss.cost(state.squares[part]);
-                    continue;
-                }
+            for part in t.frame_parts() {
                 let rows = &self.y[row..row + layout.parts[part].n_rows];
                 row += rows.len();
                 if state.weights[part] > 0.0 {
                     let square = rows.iter().map(|r| r * r).sum::<f64>() / state.weights[part];
                     cost += term.weight * loss.cost(square);
                 }
+            }
+            for part in t.joint_parts() {
+                cost += term.weight * loss.cost(state.squares[part]);
             }
         }
         cost
