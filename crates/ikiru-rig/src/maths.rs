@@ -48,6 +48,15 @@ pub fn hypot(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }
 
+/// How many whole turns an angle (radians) is away from the nearest within half a turn. Half a turn itself is none,
+/// whatever rounding makes of it: both ways are as short.
+#[must_use]
+pub fn whole_turns(angle: f64) -> f64 {
+    const ROUNDING: f64 = 1e-9;
+    let turns = angle / std::f64::consts::TAU;
+    (turns.abs() - 0.5 - ROUNDING).ceil().max(0.0).copysign(turns)
+}
+
 /// `eˣ`
 #[inline]
 #[must_use]

@@ -264,7 +264,7 @@ impl Pose {
         Ok(())
     }
 
-    /// Moves along a tangent ([`Rig::n_dofs`] entries): angles and offsets add up, a ball turns to `q · maths::turn_by(ω)`.
+    /// Moves along a tangent ([`Rig::n_dofs`] entries): angles and offsets add up, a ball turns to `q · exp(ω)`.
     ///
     /// # Errors
     /// When the tangent has the wrong length or a number that is not finite; the pose is then as it was.

@@ -1,6 +1,6 @@
 //! A scenario's motion as it was planned: at the rate that was asked for, whatever time it took.
 
-use ikiru_rig::{Clip, Rate, RateExcess, RateLimit};
+use ikiru_rig::{Clip, RateExcess, RateLimit};
 use ikiru_solve::{MotionReport, MotionWorkspace, PlannedMotion};
 
 use crate::motion::MotionScenario;
@@ -82,12 +82,7 @@ fn evenly(clip: &Clip, rate_hz: f64, limits: &[RateLimit]) -> Option<(Clip, f64)
         if exceeded.is_empty() {
             return Some((even, stretch));
         }
-        stretch *= exceeded.iter().map(needed).fold(1.0, f64::max) * (1.0 + SPARE);
+        stretch *= exceeded.iter().map(RateExcess::needed_stretch).fold(1.0, f64::max) * (1.0 + SPARE);
     }
     None
-}
-
-/// How many times as long a clip must be for a limit to hold.
-fn needed(excess: &RateExcess) -> f64 {
-    if excess.limit.rate == Rate::Speed { excess.ratio() } else { excess.ratio().sqrt() }
 }

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DQuat;
 use ikiru_rig::EulerOrder;
+use ikiru_rig::maths::whole_turns;
 
 /// Degrees that are no rotation.
 pub(super) const TINY_DEG: f64 = 1e-9;
@@ -41,20 +42,12 @@ impl Candidate {
         let (mut fits, mut distance) = (true, 0.0);
         for axis in 0..3 {
             let near = before.filter(|_| present[axis]).map_or(0.0, |before| before[axis]);
-            angles[axis] -= TAU * turns(angles[axis] - near);
+            angles[axis] -= TAU * whole_turns(angles[axis] - near);
             distance += (angles[axis] - near).powi(2);
             fits &= present[axis] || angles[axis].abs().to_degrees() <= TINY_DEG;
         }
         Self { angles, fits, distance }
     }
-}
-
-/// The whole turns in a difference of angles. Half a turn is none, whatever rounding makes of it: both ways are as
-/// short, and the angle stays what it is.
-fn turns(difference: f64) -> f64 {
-    const ROUNDING: f64 = 1e-9;
-    let turns = difference / TAU;
-    (turns.abs() - 0.5 - ROUNDING).ceil().max(0.0).copysign(turns)
 }
 
 /// The middle angle within ±π/2, the others within ±π. The last is computed from what the others leave, so

@@ -64,6 +64,16 @@ impl RateExcess {
     pub fn ratio(&self) -> f64 {
         self.peak.value / self.limit.most
     }
+
+    /// How many times as long the clip must take for the limit to hold: speeds fall with the tempo, accelerations
+    /// with its square.
+    #[must_use]
+    pub fn needed_stretch(&self) -> f64 {
+        match self.limit.rate {
+            Rate::Speed => self.ratio(),
+            Rate::Acceleration | Rate::Jerk => self.ratio().sqrt(),
+        }
+    }
 }
 
 impl Clip {

@@ -109,7 +109,8 @@ impl Clip {
             if round < ROUNDS {
                 clip.take_less(&mut shares, &map, &excesses, spare);
             } else {
-                stretch *= excesses.iter().map(needed_stretch).fold(1.0, f64::max) * (1.0 + spare);
+                stretch *=
+                    excesses.iter().map(RateExcess::needed_stretch).fold(1.0, f64::max) * (1.0 + spare);
             }
             round += 1;
             spare = if round == ROUNDS { SPARE[0] } else { (2.0 * spare).min(SPARE[1]) };
@@ -161,15 +162,6 @@ impl Clip {
             })
             .filter(|(_, ratio)| *ratio > 1.0 + TOLERANCE)
             .collect()
-    }
-}
-
-/// How many times as long everything must take for a limit to hold: speeds fall with the tempo, accelerations with
-/// its square.
-fn needed_stretch(excess: &RateExcess) -> f64 {
-    match excess.limit.rate {
-        Rate::Speed => excess.ratio(),
-        Rate::Acceleration | Rate::Jerk => excess.ratio().sqrt(),
     }
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::Clip;
 use crate::joint::JointMotion;
+use crate::maths::whole_turns;
 use crate::rig::Rig;
 
 impl Clip {
@@ -21,9 +22,7 @@ impl Clip {
             let (Some(before), Some(pose)) = (before.last(), rest.first_mut()) else { break };
             for at in &coords {
                 let (previous, angle) = (before.coords()[*at], &mut pose.coords_mut()[*at]);
-                let turns = (*angle - previous) / TAU;
-                // Half a turn is as short both ways: such an angle stays what it is, whatever rounding makes of it.
-                let whole = (turns.abs() - 0.5 - 1e-9).ceil().max(0.0).copysign(turns);
+                let whole = whole_turns(*angle - previous);
                 if whole != 0.0 {
                     *angle -= whole * TAU;
                 }

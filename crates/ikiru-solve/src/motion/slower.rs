@@ -1,6 +1,6 @@
 //! A motion whose duration is free: slowed down where limits on speed and acceleration ask for it.
 
-use ikiru_rig::{Clip, Rate, RateExcess};
+use ikiru_rig::{Clip, RateExcess};
 
 use crate::motion::planner::Run;
 use crate::motion::report::MotionTermReport;
@@ -30,10 +30,7 @@ impl Run<'_> {
         let mut slow = slowed(stretch);
         let mut left = self.exceeded(&slow);
         if !left.is_empty() {
-            let needed = |excess: &RateExcess| {
-                if excess.limit.rate == Rate::Speed { excess.ratio() } else { excess.ratio().sqrt() }
-            };
-            stretch = left.iter().map(needed).fold(1.0, f64::max) * (1.0 + SPARE);
+            stretch = left.iter().map(RateExcess::needed_stretch).fold(1.0, f64::max) * (1.0 + SPARE);
             if stretch < MOST_STRETCH {
                 slow = slowed(stretch);
                 left = self.exceeded(&slow);
