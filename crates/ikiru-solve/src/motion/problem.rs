@@ -352,7 +352,12 @@ impl MotionProblem {
 
     /// Whether all samples of a term are given: what it costs is then a constant of the motion.
     pub(crate) fn is_settled(&self, term: usize) -> bool {
-        self.tracks[term].samples.clone().all(|sample| self.given(sample).is_some())
+        let samples = &self.tracks[term].samples;
+        // Those that are given are the first, and perhaps the last.
+        let n_samples = self.timeline.n_samples();
+        let ends_given = self.end.is_some() && samples.end == n_samples;
+        let planned_end = if ends_given { n_samples - 1 } else { samples.end };
+        samples.start.max(self.history.len()) >= planned_end
     }
 
     /// Whether a settled term holds at a sample.
@@ -452,5 +457,39 @@ impl<T: Objective> IndexMut<TermId<T>> for MotionProblem {
     /// When the id is of another problem and does not fit.
     fn index_mut(&mut self, id: TermId<T>) -> &mut T {
         &mut self.base[id]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::objectives::Position;
+    use ikiru_testkit::rigs::random_rig;
+
+    #[test]
+    fn a_term_is_settled_where_all_its_samples_are_given() {
+        let rig = random_rig(3, 1);
+        let rest = rig.rest_pose();
+        let timeline = Timeline::points(4).unwrap();
+        let n_samples = timeline.n_samples();
+        let (mut n_settled, mut n_open) = (0, 0);
+        for n_history in 0..n_samples - 1 {
+            for end in [None, Some(&rest)] {
+                let mut motion = MotionProblem::new(&rig, rig.ids(), timeline.clone());
+                motion.fix_history(&vec![rest.clone(); n_history]).unwrap();
+                motion.fix_end(end).unwrap();
+                for from in 0..n_samples {
+                    for to in from..n_samples {
+                        let when = When::Span { from: timeline.time(from), to: timeline.time(to) };
+                        let target = Position::new(JointId::from_index(0), glam::DVec3::ZERO);
+                        let term = motion.add(1.0, when, target).unwrap().index();
+                        let is_given = (from..=to).all(|sample| motion.given(sample).is_some());
+                        assert_eq!(motion.is_settled(term), is_given, "{n_history} given, {from} to {to}");
+                        *(if is_given { &mut n_settled } else { &mut n_open }) += 1;
+                    }
+                }
+            }
+        }
+        assert!(n_settled > 20 && n_open > 20, "{n_settled}, {n_open}");
     }
 }

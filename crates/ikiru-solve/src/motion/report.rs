@@ -4,10 +4,12 @@ use ikiru_rig::{JointId, RateExcess};
 
 use crate::layout::{Layout, joints_read};
 use crate::motion::problem::MotionProblem;
+use crate::motion::sample_terms::SampleTerms;
 use crate::motion::state::MotionState;
 use crate::objective::Unit;
 use crate::problem::Terms;
 use crate::report::{Invalid, PartReport, PartReports, StopReason};
+use crate::state::State;
 
 /// One term over all the samples at which it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,7 +121,7 @@ pub(crate) fn report_terms(
             }
         })
         .collect();
-    state.visit(layout, motion, |state, terms, sample| {
+    let mut add = |state: &State, terms: &SampleTerms<'_>, sample: usize| {
         for (t, report) in layout.terms.iter().zip(&mut reports).filter(|(t, _)| terms.is_on(t.term)) {
             let loss = terms.objective(t.term).loss();
             for (idx, part) in t.parts.clone().enumerate() {
@@ -136,6 +138,8 @@ pub(crate) fn report_terms(
             }
         }
         true
-    });
+    };
+    state.visit_wanted(layout, motion, &mut add);
+    state.visit_settled(layout, motion, &mut add);
     reports
 }

@@ -2,7 +2,7 @@
 
 use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
 
-use crate::layout::Layout;
+use crate::layout::{Layout, TermLayout};
 use crate::motion::problem::MotionProblem;
 use crate::motion::rate_bounds::RateBounds;
 use crate::motion::rows::{Block, RowPart, SampleRows};
@@ -121,23 +121,32 @@ impl MotionState {
         cost
     }
 
-    /// Evaluates one sample after the other at which terms hold, and shows each with its terms: what is wanted of it,
-    /// or what is settled there. Ends early where `see` says false.
-    pub(crate) fn visit(
+    /// Evaluates one sample after the other of which terms want something, and shows each with those. Ends early where
+    /// `see` says false.
+    pub(crate) fn visit_wanted(
         &mut self,
         layout: &Layout,
         motion: &MotionProblem,
         mut see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
     ) {
-        let n_keyed = self.keyed.len();
-        for i in 0..n_keyed + self.settled.len() {
-            let (t, terms) = if i < n_keyed {
-                let t = self.keyed[i];
-                (t, motion.at(t))
-            } else {
-                let t = self.settled[i - n_keyed];
-                (t, motion.settled_at(t))
-            };
+        for i in 0..self.keyed.len() {
+            let t = self.keyed[i];
+            self.evaluate_sample(layout, motion, t);
+            if !see(&self.sample, &motion.at(t), t) {
+                return;
+            }
+        }
+    }
+
+    /// The same of samples at which terms hold that given samples settle.
+    pub(crate) fn visit_settled(
+        &mut self,
+        layout: &Layout,
+        motion: &MotionProblem,
+        mut see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
+    ) {
+        for i in 0..self.settled.len() {
+            let (t, terms) = (self.settled[i], motion.settled_at(self.settled[i]));
             self.enter(layout, t);
             self.sample.evaluate(layout, &terms);
             if !see(&self.sample, &terms, t) {
@@ -293,43 +302,52 @@ impl MotionState {
 
     /// Whether every mandatory term is within its tolerance at each of the samples of which it wants something.
     pub(crate) fn is_satisfied(&mut self, layout: &Layout, motion: &MotionProblem) -> bool {
-        self.unsatisfied(layout, motion, |term| !motion.is_settled(term)).is_none()
+        let mut unmet = None;
+        self.visit_wanted(layout, motion, |sample, terms, _| {
+            unmet = unmet_at(layout, motion, sample, terms);
+            unmet.is_none()
+        });
+        unmet.is_none()
     }
 
     /// The first mandatory term that given samples settle and do not meet.
     pub(crate) fn conflict(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
-        self.unsatisfied(layout, motion, |term| motion.is_settled(term))
-    }
-
-    /// The first mandatory term of some that is not within its tolerance at one of its samples.
-    fn unsatisfied(
-        &mut self,
-        layout: &Layout,
-        motion: &MotionProblem,
-        is_meant: impl Fn(usize) -> bool,
-    ) -> Option<usize> {
         let mut unmet = None;
-        self.visit(layout, motion, |sample, terms, _| {
-            let mut on = layout.terms.iter().filter(|t| is_meant(t.term) && terms.is_on(t.term));
-            unmet = on.find(|t| {
-                let data = &motion.terms().terms()[t.term];
-                data.counts() && !sample.is_within(layout, t, &data.tolerance)
-            });
+        self.visit_settled(layout, motion, |sample, terms, _| {
+            unmet = unmet_at(layout, motion, sample, terms);
             unmet.is_none()
         });
-        unmet.map(|t| t.term)
+        unmet
     }
 
     /// The first term whose residual is not finite at one of its samples.
     pub(crate) fn not_finite(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
         let mut bad = None;
-        self.visit(layout, motion, |sample, terms, _| {
+        let mut look = |sample: &State, terms: &SampleTerms<'_>, _: usize| {
             let mut on = layout.terms.iter().filter(|t| terms.is_on(t.term));
-            bad = on.find(|t| t.parts.clone().any(|part| !sample.squares[part].is_finite()));
+            let is_bad = |t: &&TermLayout| t.parts.clone().any(|part| !sample.squares[part].is_finite());
+            bad = bad.or(on.find(is_bad).map(|t| t.term));
             bad.is_none()
-        });
-        bad.map(|t| t.term)
+        };
+        self.visit_wanted(layout, motion, &mut look);
+        self.visit_settled(layout, motion, &mut look);
+        bad
     }
+}
+
+/// The first mandatory term of one sample that is not within its tolerance there.
+fn unmet_at(
+    layout: &Layout,
+    motion: &MotionProblem,
+    sample: &State,
+    terms: &SampleTerms<'_>,
+) -> Option<usize> {
+    let mut on = layout.terms.iter().filter(|t| terms.is_on(t.term));
+    let unmet = on.find(|t| {
+        let data = &motion.terms().terms()[t.term];
+        data.counts() && !sample.is_within(layout, t, &data.tolerance)
+    });
+    unmet.map(|t| t.term)
 }
 
 #[cfg(test)]
