@@ -17,7 +17,7 @@ use crate::failure::{Failure, Outcome};
 use crate::{features, output};
 
 /// What is measured together: a task on a set of targets.
-struct RatePart {
+struct PaperRun {
     task: Task,
     /// Points of a trajectory; 0 for poses.
     points: usize,
@@ -42,42 +42,61 @@ fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
     if let Some(folder) = &args.out {
         make_folder(folder)?;
     }
-    let mut parts = parts(args, &contenders)?;
-    let n_solves: usize = parts.iter().map(|p| p.set.points.len() * p.contenders.len() * settings.runs).sum();
+    let mut paper_runs = paper_runs(args, &contenders)?;
+    let n_solves: usize =
+        paper_runs.iter().map(|p| p.set.points.len() * p.contenders.len() * settings.runs).sum();
     let bar = progress(n_solves, "solving");
     let mut all: Vec<Vec<Row>> = Vec::new();
-    for part in &mut parts {
+    for paper_run in &mut paper_runs {
         let done = || bar.inc(1);
-        let rows = if part.points == 0 {
-            paper::run(part.task, &mut part.scenario, &part.set, &part.contenders, &settings, done)
+        let rows = if paper_run.points == 0 {
+            paper::run(
+                paper_run.task,
+                &mut paper_run.scenario,
+                &paper_run.set,
+                &paper_run.contenders,
+                &settings,
+                done,
+            )
         } else {
-            paper::run_trajectories(part.task, part.points, &part.set, &part.contenders, &settings, done)
+            paper::run_trajectories(
+                paper_run.task,
+                paper_run.points,
+                &paper_run.set,
+                &paper_run.contenders,
+                &settings,
+                done,
+            )
         };
         all.push(rows.map_err(Failure::input)?);
     }
     bar.finish_and_clear();
     let mut markdown = String::new();
-    for (part, rows) in parts.iter().zip(&all) {
-        let report = paper::Report::new(part.task, rows);
+    for (paper_run, rows) in paper_runs.iter().zip(&all) {
+        let report = paper::Report::new(paper_run.task, rows);
         output::print(&format!("{}\n", report.for_terminal()))?;
         markdown += &format!("{}\n", report.markdown());
     }
     if let Some(path) = &args.json {
-        let of_paper: Vec<&Row> =
-            parts.iter().zip(&all).filter(|(part, _)| !part.is_beside).flat_map(|(_, rows)| rows).collect();
+        let of_paper: Vec<&Row> = paper_runs
+            .iter()
+            .zip(&all)
+            .filter(|(paper_run, _)| !paper_run.is_beside)
+            .flat_map(|(_, rows)| rows)
+            .collect();
         write_json(path, &of_paper)?;
     }
     if let Some(folder) = &args.out {
         let csv = paper::csv(&all.concat()).map_err(Failure::write)?;
         output::write(&folder.join("results.csv"), &csv)?;
         output::write(&folder.join("results.md"), markdown.as_bytes())?;
-        let poses = |part: &RatePart| part.points == 0 && !part.is_beside;
-        for (part, rows) in parts.iter_mut().zip(&all).filter(|(part, _)| poses(part)) {
+        let poses = |paper_run: &PaperRun| paper_run.points == 0 && !paper_run.is_beside;
+        for (paper_run, rows) in paper_runs.iter_mut().zip(&all).filter(|(paper_run, _)| poses(paper_run)) {
             if args.sample.is_some() {
-                let name = format!("targets_{}.json", part.task.name());
-                output::write(&folder.join(name), part.set.to_json().as_bytes())?;
+                let name = format!("targets_{}.json", paper_run.task.name());
+                output::write(&folder.join(name), paper_run.set.to_json().as_bytes())?;
             }
-            write_figures(part, rows, folder)?;
+            write_figures(paper_run, rows, folder)?;
         }
         if !cfg!(feature = "plot") {
             output::note(format!("no figures were drawn. {}", features::how_to_build("plot")));
@@ -88,14 +107,14 @@ fn paper(args: &PaperArgs) -> Result<Outcome, Failure> {
 }
 
 #[cfg(feature = "plot")]
-fn write_figures(part: &mut RatePart, rows: &[Row], folder: &Path) -> Result<(), Failure> {
-    let RatePart { task, scenario, set, contenders, .. } = part;
+fn write_figures(paper_run: &mut PaperRun, rows: &[Row], folder: &Path) -> Result<(), Failure> {
+    let PaperRun { task, scenario, set, contenders, .. } = paper_run;
     paper::write_figures(*task, scenario, set, contenders, rows, folder).map_err(Failure::write)?;
     Ok(())
 }
 
 #[cfg(not(feature = "plot"))]
-fn write_figures(_: &mut RatePart, _: &[Row], _: &Path) -> Result<(), Failure> {
+fn write_figures(_: &mut PaperRun, _: &[Row], _: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
@@ -106,7 +125,7 @@ fn contenders(names: &[String]) -> Result<Vec<Contender>, Failure> {
     names.iter().map(|name| Contender::from_name(name.trim()).map_err(Failure::input)).collect()
 }
 
-fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<RatePart>, Failure> {
+fn paper_runs(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<PaperRun>, Failure> {
     let tasks = match &args.objective {
         Some(name) => vec![Task::from_name(name).map_err(Failure::input)?],
         None => Task::ALL.to_vec(),
@@ -118,7 +137,7 @@ fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<RatePart>, Fa
             "none of the methods plans trajectories: expected lm, lm-local or adam"
         )));
     }
-    let mut parts = Vec::new();
+    let mut paper_runs = Vec::new();
     for (task, &points) in tasks.into_iter().flat_map(|task| args.points.iter().map(move |p| (task, p))) {
         let mut scenario = task.scenario(args.rig.as_deref()).map_err(Failure::input)?;
         let set = match (&given, args.sample) {
@@ -134,7 +153,7 @@ fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<RatePart>, Fa
         };
         let is_alone = points > 0 || given.is_some() || args.sample.is_some() || args.rig.is_some();
         let contenders = if points > 0 { planners.clone() } else { contenders.to_vec() };
-        parts.push(RatePart {
+        paper_runs.push(PaperRun {
             task,
             points,
             scenario,
@@ -145,10 +164,10 @@ fn parts(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<RatePart>, Fa
         if task == Task::Simple && !is_alone {
             let scenario = task.scenario(None).map_err(Failure::input)?;
             let set = TargetSet::builtin("reachable").map_err(Failure::input)?;
-            parts.push(RatePart { task, points, scenario, set, contenders, is_beside: true });
+            paper_runs.push(PaperRun { task, points, scenario, set, contenders, is_beside: true });
         }
     }
-    Ok(parts)
+    Ok(paper_runs)
 }
 
 fn robots(args: &RobotsArgs) -> Result<Outcome, Failure> {

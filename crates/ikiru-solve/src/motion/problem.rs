@@ -475,7 +475,7 @@ mod tests {
         let (mut n_settled, mut n_open) = (0, 0);
         for n_history in 0..n_samples - 1 {
             for end in [None, Some(&rest)] {
-                let mut motion = MotionProblem::new(&rig, rig.ids(), timeline.clone());
+                let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
                 motion.fix_history(&vec![rest.clone(); n_history]).unwrap();
                 motion.fix_end(end).unwrap();
                 for from in 0..n_samples {
