@@ -8,7 +8,7 @@ use ikiru::{
 };
 
 /// Keeps two joints a given distance (metres) apart.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct KeepApart {
     joints: [JointId; 2],
     distance: f64,

@@ -71,7 +71,7 @@
 //! there and is elsewhere leaves one sample to get to it, which is a warning.
 //!
 //! Every objective takes `weight` (1, in a motion as above), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
-//! `{ huber = width }` (`known_rotation` and `rest_pose`: squared alone). Tolerances are 0.001 m and 0.5° unless
+//! `{ huber = width }`. Tolerances are 0.001 m and 0.5° unless
 //! given. Metres, degrees in keys that end in `_deg`, y up.
 
 mod axes;

@@ -6,9 +6,7 @@ use glam::DVec3;
 use ikiru_formats::Loaded;
 use ikiru_rig::{Clip, JointId, Pose, RateLimit, Rig};
 use ikiru_solve::objectives::{Gaze, LookAt, Position};
-use ikiru_solve::{
-    MotionError, MotionProblem, Objective, Problem, Solver, TargetPath, Timeline, TimelineError, When,
-};
+use ikiru_solve::{MotionError, MotionProblem, Problem, Solver, TargetPath, Timeline, TimelineError, When};
 
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
@@ -311,9 +309,11 @@ pub(crate) fn warn_of_what_begins_elsewhere(
     let begins = |when: When| {
         when.samples(&settings.timeline).is_ok_and(|samples| samples.start == 0 && samples.len() > 1)
     };
-    for objective in objectives.iter().filter(|o| settings.fixed_start && begins(o.when)) {
-        let term = objective.term.index();
-        let Some(reach) = problem.objective(term).and_then(Objective::reach) else { continue };
+    for (idx, (objective, term)) in objectives.iter().zip(problem.terms()).enumerate() {
+        if !(settings.fixed_start && begins(objective.when)) {
+            continue;
+        }
+        let Some(reach) = term.objective().reach() else { continue };
         let Some(joint) = objective.joint else { continue };
         let target = objective.path.as_ref().map_or(reach.target, |path| path.at(0.0));
         let frame = start.frame(joint);
@@ -321,12 +321,7 @@ pub(crate) fn warn_of_what_begins_elsewhere(
         let distance = point.distance(target);
         if distance > objective.tolerance.metres {
             let joint = name_of(start.rig(), joint).to_owned();
-            warnings.push(Warning::AwayAtStart {
-                objective: term + 1,
-                kind: objective.kind,
-                joint,
-                distance,
-            });
+            warnings.push(Warning::AwayAtStart { objective: idx + 1, kind: objective.kind, joint, distance });
         }
     }
 }

@@ -6,7 +6,7 @@ use ikiru_solve::objectives::{
     Apart, Direction, Distance, Gaze, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget, Position,
     RelativePose, RestPose,
 };
-use ikiru_solve::{Loss, MotionProblem, Objective, Problem, TargetPath, TermId, Timeline, Tolerance, When};
+use ikiru_solve::{Loss, Objective, Problem, TargetPath, TermId, Timeline, Tolerance, When};
 
 use crate::error::{Error, ErrorKind};
 use crate::motion::{path, when};
@@ -77,41 +77,6 @@ pub enum TermHandle {
     RestPose(TermId<RestPose>),
 }
 
-impl TermHandle {
-    /// Changes the weight of the term in a motion.
-    pub(crate) fn set_weight(self, motion: &mut MotionProblem, weight: f64) {
-        match self {
-            Self::Position(id) => motion.set_weight(id, weight),
-            Self::Orientation(id) => motion.set_weight(id, weight),
-            Self::Pose(id) => motion.set_weight(id, weight),
-            Self::LookAt(id) => motion.set_weight(id, weight),
-            Self::Direction(id) => motion.set_weight(id, weight),
-            Self::RelativePose(id) => motion.set_weight(id, weight),
-            Self::Distance(id) => motion.set_weight(id, weight),
-            Self::PoleVector(id) => motion.set_weight(id, weight),
-            Self::KnownRotation(id) => motion.set_weight(id, weight),
-            Self::RestPose(id) => motion.set_weight(id, weight),
-        }
-    }
-
-    /// The term's position in the problem and in its reports.
-    #[must_use]
-    pub fn index(self) -> usize {
-        match self {
-            Self::Position(id) => id.index(),
-            Self::Orientation(id) => id.index(),
-            Self::Pose(id) => id.index(),
-            Self::LookAt(id) => id.index(),
-            Self::Direction(id) => id.index(),
-            Self::RelativePose(id) => id.index(),
-            Self::Distance(id) => id.index(),
-            Self::PoleVector(id) => id.index(),
-            Self::KnownRotation(id) => id.index(),
-            Self::RestPose(id) => id.index(),
-        }
-    }
-}
-
 /// What every objective has.
 struct Common {
     weight: Option<f64>,
@@ -179,8 +144,7 @@ fn add(
     allowed.extend(own);
     allowed.extend(["weight", "loss", "mandatory", "at", "from", "to"]);
     table.only(&allowed).map_err(|error| named(error, kind))?;
-    let common = common(table, kind)?;
-    let loss = common.loss;
+    let common = common(table)?;
     let named_joint = || joint(rig, &table.require("joint", JOINT)?);
     let point = || table.get("point").map_or(Ok(glam::DVec3::ZERO), |v| v.vector());
     let (joint, term) = match kind {
@@ -199,32 +163,32 @@ fn add(
                     ));
                 }
             };
-            let id = common.add(problem, Position { joint, point: point()?, target, loss });
+            let id = common.add(problem, Position { joint, point: point()?, target });
             (Some(joint), TermHandle::Position(id))
         }
         "orientation" => {
             let joint = named_joint()?;
-            let id = common.add(problem, Orientation { joint, target: rotation(table)?, loss });
+            let id = common.add(problem, Orientation { joint, target: rotation(table)? });
             (Some(joint), TermHandle::Orientation(id))
         }
         "pose" => {
             let joint = named_joint()?;
             let position = table.require("target", TARGET)?.vector()?;
             let rotation = rotation(table)?;
-            let id = common.add(problem, PoseTarget { joint, point: point()?, position, rotation, loss });
+            let id = common.add(problem, PoseTarget { joint, point: point()?, position, rotation });
             (Some(joint), TermHandle::Pose(id))
         }
         "look_at" => {
             let joint = named_joint()?;
             let axis = table.require("axis", AXIS)?.direction()?;
-            let id = common.add(problem, LookAt { joint, axis, gaze: gaze(table, path)?, loss });
+            let id = common.add(problem, LookAt { joint, axis, gaze: gaze(table, path)? });
             (Some(joint), TermHandle::LookAt(id))
         }
         "direction" => {
             let joint = named_joint()?;
             let axis = table.require("axis", AXIS)?.direction()?;
             let target = table.require("target", "a direction of the world, [x, y, z]")?.direction()?;
-            let id = common.add(problem, Direction { joint, axis, target, loss });
+            let id = common.add(problem, Direction { joint, axis, target });
             (Some(joint), TermHandle::Direction(id))
         }
         "relative_pose" => {
@@ -241,7 +205,7 @@ fn add(
                     "a 'position' in the base's frame (metres), a rotation, or both",
                 ));
             }
-            let objective = RelativePose { loss, ..RelativePose::new(base, joint, position, turn) };
+            let objective = RelativePose::new(base, joint, position, turn);
             (Some(joint), TermHandle::RelativePose(common.add(problem, objective)))
         }
         "distance" => {
@@ -261,7 +225,7 @@ fn add(
                     ));
                 }
             };
-            let mut objective = Distance { loss, ..Distance::new(joints, apart) };
+            let mut objective = Distance::new(joints, apart);
             if let Some(points) = table.get("points") {
                 let list = points.list("two points, each in its joint's frame, [[x, y, z], [x, y, z]]")?;
                 let [a, b] = &list[..] else {
@@ -313,12 +277,11 @@ fn add(
 }
 
 impl Common {
-    fn add<T: Objective>(&self, problem: &mut Problem, objective: T) -> TermId<T> {
+    fn add<T: Objective + Clone>(&self, problem: &mut Problem, objective: T) -> TermId<T> {
         let id = problem.add(self.weight.unwrap_or(DEFAULT_WEIGHT), objective);
-        problem.set_tolerance(id, self.tolerance);
-        if let Some(mandatory) = self.mandatory {
-            problem.set_mandatory(id, mandatory);
-        }
+        let term = problem.term_mut(id);
+        (term.loss, term.tolerance) = (self.loss, self.tolerance);
+        term.mandatory = self.mandatory.unwrap_or(term.mandatory);
         id
     }
 }
@@ -328,7 +291,7 @@ fn named(error: Error, kind: &str) -> Error {
     error.with_place_suffix(&format!(" ({kind})"))
 }
 
-fn common(table: &Table<'_>, kind: &str) -> Result<Common, Error> {
+fn common(table: &Table<'_>) -> Result<Common, Error> {
     let at_least_0 = "a number of at least 0";
     let weight = table.get("weight").map(|v| v.number_that(|n| n >= 0.0, at_least_0)).transpose()?;
     let mut tolerance = Tolerance::default();
@@ -339,16 +302,11 @@ fn common(table: &Table<'_>, kind: &str) -> Result<Common, Error> {
         tolerance.radians = value.number_that(|n| n >= 0.0, "degrees, at least 0")?.to_radians();
     }
     let mandatory = table.get("mandatory").map(|v| v.truth()).transpose()?;
-    let loss = table.get("loss").map_or(Ok(Loss::Squared), |v| loss(&v, kind))?;
+    let loss = table.get("loss").map_or(Ok(Loss::Squared), |v| loss(&v))?;
     Ok(Common { weight, loss, mandatory, tolerance })
 }
 
-fn loss(value: &Value<'_>, kind: &str) -> Result<Loss, Error> {
-    let only_squared = matches!(kind, "known_rotation" | "rest_pose" | "pole_vector");
-    if only_squared {
-        value.word("loss", &["squared"])?;
-        return Ok(Loss::Squared);
-    }
+fn loss(value: &Value<'_>) -> Result<Loss, Error> {
     if value.is_table() {
         let table = value.table("'loss'".to_owned())?;
         table.only(&["huber"])?;
@@ -457,7 +415,8 @@ fn once<T>(
 
 /// The joints that a term reads: those whose frames it reads, and those whose own motion it reads.
 pub(crate) fn joints_read(problem: &Problem, term: usize) -> (Vec<JointId>, Vec<JointId>) {
-    problem.objective(term).map_or_else(Default::default, |objective| {
+    problem.terms().get(term).map_or_else(Default::default, |term| {
+        let objective = term.objective();
         let own = objective.joint_rows().map_or_else(Vec::new, |rows| rows.joints().to_vec());
         (objective.joints().to_vec(), own)
     })

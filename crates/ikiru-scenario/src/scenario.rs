@@ -341,13 +341,13 @@ fn warn_of_what_nothing_moves(
     warnings: &mut Vec<Warning>,
 ) {
     let moves = |joint: JointId| problem.is_active(joint) && rig.get(joint).is_some_and(|j| j.n_dofs() > 0);
-    for objective in objectives {
-        let (frames, motions) = joints_read(problem, objective.term.index());
+    for (idx, objective) in objectives.iter().enumerate() {
+        let (frames, motions) = joints_read(problem, idx);
         let are_still = !frames.iter().any(|joint| rig.ancestors(*joint).any(moves));
         let still = frames.first().copied().filter(|_| are_still);
         for joint in still.into_iter().chain(motions.into_iter().filter(|joint| !moves(*joint))) {
             warnings.push(Warning::OutOfHand {
-                objective: objective.term.index() + 1,
+                objective: idx + 1,
                 kind: objective.kind,
                 joint: name_of(rig, joint).to_owned(),
             });

@@ -97,14 +97,11 @@ impl MotionScenario {
 
     /// Terms without a weight of the scenario's own.
     fn open_terms(&self) -> Vec<usize> {
-        let open = self.objectives.iter().filter(|objective| objective.weight.is_none());
-        open.map(|objective| objective.term.index()).collect()
+        (0..self.objectives.len()).filter(|term| self.objectives[*term].weight.is_none()).collect()
     }
 
     fn set_weight(&mut self, term: usize, weight: f64) {
-        if let Some(objective) = self.objectives.iter().find(|o| o.term.index() == term) {
-            objective.term.set_weight(&mut self.motion, weight);
-        }
+        self.motion.terms_mut()[term].weight = weight;
     }
 
     /// A clip's samples at the timeline's times again, where a free duration gave them others.

@@ -19,6 +19,7 @@ mod residual;
 mod solver;
 mod solvers;
 mod state;
+mod term;
 
 pub mod objectives;
 
@@ -29,9 +30,10 @@ pub use motion::{
 };
 pub use objective::{Inputs, JointRows, Loss, MOST_PARTS, Objective, Part, Reach, Rows, Unit};
 pub use options::{AdamOptions, Method, Search, SolverOptions};
-pub use problem::{Problem, TermId, Tolerance};
+pub use problem::Problem;
 pub use report::{
     ActiveLimit, Invalid, LimitKind, Obstacle, PartReport, PartReports, Report, StopReason, TermReport,
 };
 pub use residual::{MOST_ROWS, Residual};
 pub use solver::{Solver, Workspace};
+pub use term::{Term, TermId, Tolerance};

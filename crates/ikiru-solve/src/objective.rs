@@ -206,9 +206,6 @@ pub trait Objective: Debug + Send + Sync + 'static {
     /// [`MOST_PARTS`], less those of [`joint_rows`](Self::joint_rows).
     fn parts(&self) -> &[Part];
 
-    /// The loss of every part.
-    fn loss(&self) -> Loss;
-
     /// What is wrong with its numbers; checked before every solve.
     ///
     /// # Errors

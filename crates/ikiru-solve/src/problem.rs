@@ -1,134 +1,49 @@
 //! A problem: which joints may move, and the weighted objectives that they should meet.
 
-use std::any::Any;
-use std::marker::PhantomData;
 use std::ops::{Index, IndexMut};
 
-use ikiru_rig::{JointId, Rig};
+use ikiru_rig::{JointId, Rig, ShapeDifference};
 
 use crate::layout::joints_read;
-use crate::objective::{MOST_PARTS, Objective, Unit};
+use crate::objective::{MOST_PARTS, Objective};
+use crate::term::{AnyObjective, Term, TermId};
 
 /// The joints that may move and the terms of the cost `J = Σ λ · ρ(r)` (the paper's equations 6 and 19).
 ///
 /// Targets, weights and tolerances change between solves without rebuilding anything: index the problem by
-/// the id that [`add`](Self::add) gave.
-#[derive(Debug)]
+/// the id that [`add`](Self::add) gave, or change the [term](Self::term_mut). A problem is a value: a clone has terms of
+/// its own under the same ids.
+#[derive(Clone, Debug)]
 pub struct Problem {
     rig: Rig,
     active: Vec<bool>,
+    /// In the order of their keys.
     terms: Vec<Term>,
+    next_key: u32,
 }
 
-/// One objective inside a problem.
-#[derive(Debug)]
-pub(crate) struct Term {
-    pub(crate) weight: f64,
-    pub(crate) tolerance: Tolerance,
-    pub(crate) mandatory: bool,
-    pub(crate) objective: Box<dyn AnyObjective>,
-}
-
-impl Term {
-    /// Whether success asks for it.
-    pub(crate) fn counts(&self) -> bool {
-        self.mandatory && self.weight > 0.0
-    }
-}
-
-/// How near is near enough, by unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
-    /// For parts in metres; 1 mm by default.
-    pub metres: f64,
-    /// For parts in radians; 0.5° by default.
-    pub radians: f64,
-}
-
-impl Default for Tolerance {
-    fn default() -> Self {
-        Self { metres: 1e-3, radians: 0.5_f64.to_radians() }
-    }
-}
-
-impl Tolerance {
-    pub(crate) fn of(&self, unit: Unit) -> f64 {
-        match unit {
-            Unit::Metres => self.metres,
-            Unit::Radians => self.radians,
-        }
-    }
-
-    fn is_valid(&self) -> bool {
-        [self.metres, self.radians].iter().all(|t| *t >= 0.0)
-    }
-}
-
-/// An objective that can be seen as what it is.
-pub(crate) trait AnyObjective: Objective {
-    fn as_any(&self) -> &dyn Any;
-    fn as_any_mut(&mut self) -> &mut dyn Any;
-}
-
-impl<T: Objective> AnyObjective for T {
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
-    }
-}
-
-/// The terms that hold for one pose: those of a problem, or those of one frame of a motion.
+/// The terms that hold for one pose: those of a problem, or those of one sample of a motion.
 pub(crate) trait Terms {
     /// Whether the term holds here.
     fn is_on(&self, term: usize) -> bool;
-    /// Its weight λ.
-    fn weight(&self, term: usize) -> f64;
-    /// Its objective.
+    /// How it counts.
+    fn term(&self, term: usize) -> &Term;
+    /// Its objective here.
     fn objective(&self, term: usize) -> &dyn Objective;
 }
 
 impl Terms for Problem {
     #[inline(always)]
-    fn is_on(&self, _: usize) -> bool {
-        true
+    fn is_on(&self, term: usize) -> bool {
+        self.terms[term].is_on
     }
     #[inline(always)]
-    fn weight(&self, term: usize) -> f64 {
-        self.terms[term].weight
+    fn term(&self, term: usize) -> &Term {
+        &self.terms[term]
     }
     #[inline(always)]
     fn objective(&self, term: usize) -> &dyn Objective {
         &*self.terms[term].objective
-    }
-}
-
-/// The id of a term that knows what objective it is: `problem[id]` is that objective.
-pub struct TermId<T> {
-    idx: usize,
-    objective: PhantomData<fn() -> T>,
-}
-
-impl<T> TermId<T> {
-    /// Its position among the terms, as reports list them.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self.idx
-    }
-}
-
-impl<T> Clone for TermId<T> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<T> Copy for TermId<T> {}
-
-impl<T> std::fmt::Debug for TermId<T> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "TermId({})", self.idx)
     }
 }
 
@@ -143,7 +58,7 @@ impl Problem {
                 *flag = true;
             }
         }
-        Self { rig: rig.clone(), active: flags, terms: Vec::new() }
+        Self { rig: rig.clone(), active: flags, terms: Vec::new(), next_key: 0 }
     }
 
     /// A problem without terms, in which every joint that has a degree of freedom may move.
@@ -156,6 +71,18 @@ impl Problem {
     #[must_use]
     pub fn rig(&self) -> &Rig {
         &self.rig
+    }
+
+    /// The same problem on another rig of the same shape: other limits, other lengths of bones. Joints, terms and ids
+    /// stay as they are.
+    ///
+    /// # Errors
+    /// The first joint whose name, parent or motion differs.
+    pub fn with_rig(&self, rig: &Rig) -> Result<Self, ShapeDifference> {
+        match self.rig.shape_difference(rig) {
+            Some(difference) => Err(difference),
+            None => Ok(Self { rig: rig.clone(), ..self.clone() }),
+        }
     }
 
     /// Whether a joint may move.
@@ -171,72 +98,87 @@ impl Problem {
             .filter(|j| self.is_active(*j) && self.rig.get(*j).is_some_and(|joint| joint.n_dofs() > 0))
     }
 
-    /// Adds an objective with its weight λ, the default tolerance, and the objective's own word on whether
+    /// Adds an objective with its weight λ, squared loss, the default tolerance, and the objective's own word on whether
     /// success asks for it. What is wrong with its numbers is found when a solve starts.
-    pub fn add<T: Objective>(&mut self, weight: f64, objective: T) -> TermId<T> {
-        let mandatory = objective.mandatory();
-        self.terms.push(Term {
-            weight,
-            tolerance: Tolerance::default(),
-            mandatory,
-            objective: Box::new(objective),
-        });
-        TermId { idx: self.terms.len() - 1, objective: PhantomData }
+    pub fn add<T: Objective + Clone>(&mut self, weight: f64, objective: T) -> TermId<T> {
+        let key = self.next_key;
+        self.next_key += 1;
+        self.terms.push(Term::new(key, weight, objective));
+        TermId::new(key)
     }
 
-    /// How many terms there are.
-    #[must_use]
-    pub fn n_terms(&self) -> usize {
-        self.terms.len()
+    /// Takes a term out for good; `None` where it is gone already. To do without it for a while, switch it
+    /// [off](Term::is_on): nothing is then laid out anew.
+    pub fn remove<T: Objective + Clone>(&mut self, id: TermId<T>) -> Option<T> {
+        self.get(id)?;
+        let term = self.terms.remove(self.position(id)?);
+        term.objective.as_any().downcast_ref::<T>().cloned()
     }
 
-    /// The objective of a term, whatever it is; `None` beyond the last.
+    /// The terms, in the order in which they were added, as reports list them.
     #[must_use]
-    pub fn objective(&self, term: usize) -> Option<&dyn Objective> {
-        self.terms.get(term).map(|t| &*t.objective as &dyn Objective)
+    pub fn terms(&self) -> &[Term] {
+        &self.terms
     }
 
-    /// The weight λ of a term; `None` beyond the last.
+    /// The position of a term among [`terms`](Self::terms) and in reports; `None` where there is no such term.
     #[must_use]
-    pub fn weight(&self, term: usize) -> Option<f64> {
-        self.terms.get(term).map(|t| t.weight)
+    pub fn position<T>(&self, id: TermId<T>) -> Option<usize> {
+        // As long as none was removed, the key is the position.
+        let at = id.key as usize;
+        if self.terms.get(at).is_some_and(|term| term.key == id.key) {
+            return Some(at);
+        }
+        self.terms.binary_search_by_key(&id.key, |term| term.key).ok()
     }
 
     /// The objective of a term; `None` where the id is of another problem and does not fit.
     #[must_use]
     pub fn get<T: Objective>(&self, id: TermId<T>) -> Option<&T> {
-        self.terms.get(id.idx)?.objective.as_any().downcast_ref()
+        self.terms[self.position(id)?].objective.as_any().downcast_ref()
     }
 
     /// The objective of a term, to change it; `None` where the id is of another problem and does not fit.
     #[must_use]
     pub fn get_mut<T: Objective>(&mut self, id: TermId<T>) -> Option<&mut T> {
-        self.terms.get_mut(id.idx)?.objective.as_any_mut().downcast_mut()
+        let at = self.position(id)?;
+        self.terms[at].objective.as_any_mut().downcast_mut()
     }
 
-    /// Changes the weight λ of a term; 0 switches it off.
-    pub fn set_weight<T>(&mut self, id: TermId<T>, weight: f64) {
-        if let Some(term) = self.terms.get_mut(id.idx) {
-            term.weight = weight;
-        }
+    /// A term: its weight, loss and tolerance.
+    ///
+    /// # Panics
+    /// When the problem has no such term; [`position`](Self::position) does not.
+    #[must_use]
+    #[expect(clippy::expect_used, reason = "a wrong id is a programming error, as for a slice")]
+    pub fn term<T>(&self, id: TermId<T>) -> &Term {
+        &self.terms[self.position(id).expect("the id belongs to another problem, or its term was removed")]
     }
 
-    /// Changes the tolerance of a term.
-    pub fn set_tolerance<T>(&mut self, id: TermId<T>, tolerance: Tolerance) {
-        if let Some(term) = self.terms.get_mut(id.idx) {
-            term.tolerance = tolerance;
-        }
+    /// A term, to change how it counts.
+    ///
+    /// # Panics
+    /// When the problem has no such term; [`position`](Self::position) does not.
+    #[must_use]
+    #[expect(clippy::expect_used, reason = "a wrong id is a programming error, as for a slice")]
+    pub fn term_mut<T>(&mut self, id: TermId<T>) -> &mut Term {
+        let at = self.position(id).expect("the id belongs to another problem, or its term was removed");
+        &mut self.terms[at]
     }
 
-    /// Says whether success asks for a term. It never asks for one of weight 0, which is as good as not there.
-    pub fn set_mandatory<T>(&mut self, id: TermId<T>, mandatory: bool) {
-        if let Some(term) = self.terms.get_mut(id.idx) {
-            term.mandatory = mandatory;
-        }
+    /// The terms, to change how they count: they stay as many, in the same order.
+    pub fn terms_mut(&mut self) -> &mut [Term] {
+        &mut self.terms
     }
 
-    pub(crate) fn terms(&self) -> &[Term] {
-        &self.terms
+    /// Leaves only some terms, each with another objective of its own kind.
+    pub(crate) fn keep(&mut self, mut objective: impl FnMut(usize) -> Option<Box<dyn AnyObjective>>) {
+        let terms = std::mem::take(&mut self.terms);
+        self.terms = terms
+            .into_iter()
+            .enumerate()
+            .filter_map(|(idx, term)| Some(Term { objective: objective(idx)?, ..term }))
+            .collect();
     }
 
     pub(crate) fn active_flags(&self) -> &[bool] {
@@ -246,18 +188,10 @@ impl Problem {
     /// The first term whose numbers are wrong, and what is wrong.
     pub(crate) fn check(&self) -> Result<(), (usize, &'static str)> {
         for (idx, term) in self.terms.iter().enumerate() {
-            let objective = &term.objective;
-            if !(term.weight.is_finite() && term.weight >= 0.0) {
-                return Err((idx, "has a weight that is not a finite number of at least 0"));
-            }
-            if !term.tolerance.is_valid() {
-                return Err((idx, "has a tolerance that is not a number of at least 0"));
-            }
-            if !objective.loss().is_valid() {
-                return Err((idx, "has a Huber loss whose width is not finite and positive"));
-            }
+            term.check().map_err(|reason| (idx, reason))?;
+            let objective = term.objective();
             let n_joints = self.rig.n_joints();
-            let own = joints_read(&**objective);
+            let own = joints_read(objective);
             if objective.joints().iter().chain(own).any(|j| j.index() >= n_joints) {
                 return Err((idx, "names a joint that the rig does not have"));
             }
@@ -265,7 +199,7 @@ impl Problem {
             if own.iter().any(follows) {
                 return Err((idx, "reads the motion of a joint that follows another: name its leader"));
             }
-            check_objective(&self.rig, &**objective).map_err(|reason| (idx, reason))?;
+            check_objective(&self.rig, objective).map_err(|reason| (idx, reason))?;
         }
         Ok(())
     }
@@ -289,12 +223,11 @@ pub(crate) fn check_objective(rig: &Rig, objective: &dyn Objective) -> Result<()
 
 impl<T: Objective> Index<TermId<T>> for Problem {
     type Output = T;
-
     /// # Panics
     /// When the id is of another problem and does not fit; [`Problem::get`] does not.
     #[expect(clippy::expect_used, reason = "indexing with a wrong id is a programming error, as for a slice")]
     fn index(&self, id: TermId<T>) -> &T {
-        self.get(id).expect("the id belongs to another problem")
+        self.get(id).expect("the id belongs to another problem, or its term was removed")
     }
 }
 
@@ -303,6 +236,6 @@ impl<T: Objective> IndexMut<TermId<T>> for Problem {
     /// When the id is of another problem and does not fit; [`Problem::get_mut`] does not.
     #[expect(clippy::expect_used, reason = "indexing with a wrong id is a programming error, as for a slice")]
     fn index_mut(&mut self, id: TermId<T>) -> &mut T {
-        self.get_mut(id).expect("the id belongs to another problem")
+        self.get_mut(id).expect("the id belongs to another problem, or its term was removed")
     }
 }

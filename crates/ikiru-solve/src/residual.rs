@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use ikiru_rig::{Dual, Frame, JointId, Rotation, Scalar, Vec3};
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objective::{Inputs, Objective, Part, Rows, Unit};
 
 /// An objective of your own, differentiated automatically and exactly.
 ///
@@ -17,7 +17,7 @@ use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
 /// use ikiru_solve::Residual;
 ///
 /// /// Keeps two joints a given distance (metres) apart.
-/// #[derive(Debug)]
+/// #[derive(Clone, Debug)]
 /// struct KeepApart {
 ///     joints: [JointId; 2],
 ///     distance: f64,
@@ -49,11 +49,6 @@ pub trait Residual: Debug + Send + Sync + 'static {
     /// What the residual is measured in; metres unless said otherwise.
     fn unit(&self) -> Unit {
         Unit::Metres
-    }
-
-    /// The loss on the residual's length; squared unless said otherwise.
-    fn loss(&self) -> Loss {
-        Loss::Squared
     }
 
     /// What is wrong with its numbers; nothing unless said otherwise.
@@ -109,10 +104,6 @@ impl<R: Residual> Objective for R {
             Unit::Radians => parts_of!(Unit::Radians),
         };
         std::slice::from_ref(&parts[self.n_rows().min(MOST_ROWS)])
-    }
-
-    fn loss(&self) -> Loss {
-        Residual::loss(self)
     }
 
     fn check(&self) -> Result<(), &'static str> {

@@ -13,6 +13,7 @@ use crate::report::{
 use crate::solvers::adam::whole_gradient;
 use crate::solvers::search::{Budget, Outcome, Searcher};
 use crate::state::State;
+use crate::term::Term;
 
 /// Solves problems by its options. Cheap to make and to copy: memory is the [`Workspace`]'s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -93,7 +94,7 @@ impl Solver {
     fn check(&self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
         self.options.check().map_err(Invalid::Options)?;
         problem.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
-        let reaches = |t: &crate::problem::Term| t.weight > 0.0 && t.objective.reach().is_some();
+        let reaches = |t: &Term| t.is_on && t.weight > 0.0 && t.objective.reach().is_some();
         if self.options.method == Method::Fabrik && !problem.terms().iter().any(reaches) {
             return Err(Invalid::Options(
                 "fabrik reaches for points: it needs a position or pose objective of a weight above 0",
@@ -173,14 +174,19 @@ fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &m
     for t in &layout.terms {
         let term = &problem.terms()[t.term];
         let objective = &term.objective;
-        let loss = objective.loss();
+        let loss = term.loss;
+        if !term.is_on {
+            state.measure(layout, &**objective, t);
+        }
         let (mut first, mut others) = (PartReport::ZERO, PartReports::NONE);
         let mut cost = 0.0;
         let mut satisfied = true;
         for part in t.parts.clone() {
             let (square, unit) = (state.squares[part], layout.parts[part].unit);
             let length = PartReport { residual: square.sqrt(), unit };
-            cost += term.weight * loss.cost(square);
+            if term.is_on {
+                cost += term.weight * loss.cost(square);
+            }
             satisfied &= length.residual <= term.tolerance.of(unit);
             if part == t.parts.start {
                 first = length;
@@ -252,7 +258,7 @@ fn find_obstacle(problem: &Problem, w: &mut Workspace) -> Option<(usize, Obstacl
     // Of the limits that the whole cost pushes against, the one that the worst term pushes against most.
     let strongest = w.limits.first().copied();
     let mut opposing: Option<(usize, f64)> = None;
-    for term in (0..problem.n_terms()).filter(|t| *t != worst) {
+    for term in (0..problem.terms().len()).filter(|t| *t != worst) {
         term_gradient(&w.layout, &w.state, term, &mut w.gradient);
         let along = w.gradient.iter().zip(&w.worst_gradient).map(|(a, b)| a * b).sum::<f64>() / square;
         if along < -0.1 && opposing.is_none_or(|(_, least)| along < least) {

@@ -3,8 +3,9 @@
 use ikiru_rig::{Frame, JointId, JointMotion, Pose, Vec3, kinematics, project_joint, retract_joint};
 
 use crate::layout::{Layout, NONE, Node, TermLayout, n_translations};
-use crate::objective::{Inputs, JointRows, Rows, Scratch};
-use crate::problem::{Terms, Tolerance};
+use crate::objective::{Inputs, JointRows, Objective, Rows, Scratch};
+use crate::problem::Terms;
+use crate::term::Tolerance;
 
 /// What is known of the terms that read nothing that moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -236,52 +237,12 @@ impl State {
         self.forward(layout);
         let mut cost = 0.0;
         for t in layout.terms.iter().filter(|t| terms.is_on(t.term)) {
-            let (weight, objective) = (terms.weight(t.term), terms.objective(t.term));
-            let loss = objective.loss();
-            if t.is_constant && self.constants != Constants::Unknown {
-                for part in t.parts.clone() {
-                    cost += weight * loss.cost(self.squares[part]);
-                }
-                continue;
+            let (weight, loss) = (terms.term(t.term).weight, terms.term(t.term).loss);
+            if !t.is_constant || self.constants == Constants::Unknown {
+                self.measure(layout, terms.objective(t.term), t);
             }
-            if !t.rows.is_empty() {
-                let residual = &mut self.residual[t.rows.clone()];
-                let gathered = &mut self.gathered[..t.nodes.len()];
-                for (to, node) in gathered.iter_mut().zip(&t.nodes) {
-                    *to = self.frames[*node as usize];
-                }
-                objective.evaluate(
-                    &Inputs { frames: gathered },
-                    &mut Rows::new(residual, &mut [], &mut self.scratch),
-                );
-                let mut rest: &[f64] = residual;
-                for part in t.frame_parts() {
-                    let (rows, others) = rest.split_at(layout.parts[part].n_rows);
-                    let square = rows.iter().map(|r| r * r).sum::<f64>();
-                    self.squares[part] = square;
-                    cost += weight * loss.cost(square);
-                    rest = others;
-                }
-            }
-            if !t.joint_reads.is_empty()
-                && let Some(rows) = objective.joint_rows()
-            {
-                self.squares[t.joint_parts()].fill(0.0);
-                for (idx, read) in t.joint_reads.iter().enumerate() {
-                    let residual = &mut self.joint_residual[..read.n_rows];
-                    residual.fill(0.0);
-                    let coords = &self.coords[read.coord..read.coord + read.n_coords];
-                    rows.evaluate(idx, &read.motion, coords, residual, None);
-                    let (slides, turns) = residual.split_at(read.n_translations);
-                    for (part, rows) in [(t.turn_part, turns), (t.slide_part, slides)] {
-                        if !rows.is_empty() {
-                            self.squares[part] += rows.iter().map(|r| r * r).sum::<f64>();
-                        }
-                    }
-                }
-                for part in t.joint_parts() {
-                    cost += weight * loss.cost(self.squares[part]);
-                }
+            for part in t.parts.clone() {
+                cost += weight * loss.cost(self.squares[part]);
             }
         }
         if self.constants == Constants::Unknown {
@@ -290,17 +251,59 @@ impl State {
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
+    /// The residual of one term, from the frames of the last [`evaluate`](Self::evaluate).
+    #[inline(always)]
+    pub(crate) fn measure(&mut self, layout: &Layout, objective: &dyn Objective, t: &TermLayout) {
+        if !t.rows.is_empty() {
+            let residual = &mut self.residual[t.rows.clone()];
+            let gathered = &mut self.gathered[..t.nodes.len()];
+            for (to, node) in gathered.iter_mut().zip(&t.nodes) {
+                *to = self.frames[*node as usize];
+            }
+            objective
+                .evaluate(&Inputs { frames: gathered }, &mut Rows::new(residual, &mut [], &mut self.scratch));
+            let mut rest: &[f64] = residual;
+            for part in t.frame_parts() {
+                let (rows, others) = rest.split_at(layout.parts[part].n_rows);
+                self.squares[part] = rows.iter().map(|r| r * r).sum::<f64>();
+                rest = others;
+            }
+        }
+        if !t.joint_reads.is_empty()
+            && let Some(rows) = objective.joint_rows()
+        {
+            self.squares[t.joint_parts()].fill(0.0);
+            for (idx, read) in t.joint_reads.iter().enumerate() {
+                let residual = &mut self.joint_residual[..read.n_rows];
+                residual.fill(0.0);
+                let coords = &self.coords[read.coord..read.coord + read.n_coords];
+                rows.evaluate(idx, &read.motion, coords, residual, None);
+                let (slides, turns) = residual.split_at(read.n_translations);
+                for (part, rows) in [(t.turn_part, turns), (t.slide_part, slides)] {
+                    if !rows.is_empty() {
+                        self.squares[part] += rows.iter().map(|r| r * r).sum::<f64>();
+                    }
+                }
+            }
+        }
+    }
+
     /// The derivative of the residuals at the coordinates that were evaluated last, rows scaled by the root
     /// of their weight `λ · ρ'` (by 1 where `plain`).
     pub(crate) fn linearize(&mut self, layout: &Layout, terms: &impl Terms, plain: bool) {
         self.jacobian.fill(0.0);
         self.joint_gradient.fill(0.0);
         self.joint_curvature.fill(0.0);
-        for t in layout.terms.iter().filter(|t| terms.is_on(t.term)) {
+        for t in &layout.terms {
+            if !terms.is_on(t.term) {
+                self.scaled[t.rows.clone()].fill(0.0);
+                self.weights[t.parts.clone()].fill(0.0);
+                continue;
+            }
             if t.is_constant && self.constants == Constants::Linearized {
                 continue;
             }
-            let (weight, loss) = (terms.weight(t.term), terms.objective(t.term).loss());
+            let (weight, loss) = (terms.term(t.term).weight, terms.term(t.term).loss);
             for part in t.parts.clone() {
                 self.weights[part] = if plain { 1.0 } else { weight * loss.weight(self.squares[part]) };
             }

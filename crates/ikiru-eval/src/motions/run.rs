@@ -51,10 +51,11 @@ pub fn run(
     mut done: impl FnMut(),
 ) -> Result<Vec<Outcome>, Error> {
     let scenario = source.scenario()?;
-    let mut motion = source.motion()?;
-    let Some(asked) = scenario.motion.clone() else { return Err(Error::Task("it has no [motion]")) };
-    let straight = Straight::new(source, &scenario, &asked)?;
-    let mut judge = Judge::new(scenario)?;
+    let asked = scenario.motion.clone();
+    let mut motion = scenario.into_motion()?;
+    let Some(asked) = asked else { return Err(Error::Task("it has no [motion]")) };
+    let straight = Straight::new(&motion, &asked);
+    let mut judge = Judge::new(source.scenario()?)?;
     let own = Own {
         smoothness: asked.smoothness,
         rate_limits: asked.rate_limits,

@@ -208,7 +208,7 @@ fn a_key_that_is_missed_is_too_far_for_its_limit() {
         let mut problem = Problem::new(&rig, motion.active.iter().copied());
         problem.add(10.0, Position::new(tip, world * DVec3::new(0.45, 0.30, 0.40)));
         let down = problem.add(1.0, Direction::new(tip, DVec3::Z, world * DVec3::NEG_Z));
-        problem.set_tolerance(down, Tolerance { radians: 2_f64.to_radians(), ..Tolerance::default() });
+        problem.term_mut(down).tolerance = Tolerance { radians: 2_f64.to_radians(), ..Tolerance::default() };
         let search = Search::Global { max_restarts };
         let solver = Solver::new(SolverOptions { search, ..SolverOptions::default() });
         let mut pose = Pose::from_coords(&rig, motion.start.coords()).unwrap();

@@ -16,7 +16,7 @@ fn check(file: &str, base: &str, tip: &str) {
     let name = |j: JointId| rig.get(j).unwrap().name.clone();
     let mut problem = Problem::new(&rig, rig.chain(base, &name(tip)).unwrap());
     let id = problem.add(1.0, PoseTarget::new(tip, glam::DVec3::ZERO, DQuat::IDENTITY));
-    problem.set_tolerance(id, Tolerance { metres: 1e-5, radians: 1e-5 });
+    problem.term_mut(id).tolerance = Tolerance { metres: 1e-5, radians: 1e-5 };
     let mut middle = rig.rest_pose();
     for joint in problem.active() {
         middle.set_value(joint, rig.get(joint).unwrap().motion.ranges()[0].middle()).unwrap();

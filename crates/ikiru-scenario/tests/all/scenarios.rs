@@ -22,8 +22,8 @@ fn everything_left_out_has_its_default() {
     assert_eq!(scenario.active.len(), scenario.rig.joints().iter().filter(|j| j.n_dofs() > 0).count());
     assert_eq!(scenario.start, scenario.rig.rest_pose());
     let TermHandle::Position(id) = scenario.objectives[0].term else { panic!() };
-    assert_eq!((scenario.problem[id].loss, scenario.problem[id].point), (Loss::Squared, DVec3::ZERO));
-    assert_eq!(scenario.problem.weight(0), Some(1.0));
+    assert_eq!((scenario.problem.term(id).loss, scenario.problem[id].point), (Loss::Squared, DVec3::ZERO));
+    assert_eq!(scenario.problem.terms()[0].weight, 1.0);
     assert!(scenario.loaded.rig.is_same(&scenario.rig) && scenario.warnings.is_empty());
 }
 
@@ -140,7 +140,7 @@ joints = ["spine1", "spine2"]
     let kinds: Vec<_> = scenario.objectives.iter().map(|o| o.kind).collect();
     assert_eq!(kinds, ["pose", "look_at", "look_at", "direction", "known_rotation", "rest_pose"]);
     let TermHandle::Pose(id) = scenario.objectives[0].term else { panic!() };
-    assert_eq!((p[id].loss, p[id].point.x), (Loss::Huber { width: 0.1 }, 0.1));
+    assert_eq!((p.term(id).loss, p[id].point.x), (Loss::Huber { width: 0.1 }, 0.1));
     assert!((p[id].rotation * DVec3::Z - DVec3::X).length() < 1e-12);
     let TermHandle::LookAt(id) = scenario.objectives[2].term else { panic!() };
     assert_eq!(p[id].gaze, Gaze::OffsetFromTip { length: 0.0915, offset: DVec3::Y });

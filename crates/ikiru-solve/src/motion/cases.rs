@@ -32,9 +32,9 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
     }
     let joint = |random: &mut Random| JointId::from_index(random.below(rig.n_joints()));
     let loss = [Loss::Squared, Loss::Norm, Loss::Huber { width: 0.2 }][random.below(3)];
-    motion
-        .add(0.7, When::End, Position { loss, ..Position::new(joint(&mut random), random.vector(1.0)) })
-        .unwrap();
+    let reach = Position::new(joint(&mut random), random.vector(1.0));
+    let reach = motion.add(0.7, When::End, reach).unwrap();
+    motion.term_mut(reach).loss = loss;
     let (target, tilt) = (random.vector(0.5), random.rotation());
     motion.add(0.4, When::At(0.5), PoseTarget::new(joint(&mut random), target, tilt)).unwrap();
     let way = random.vector(0.5);

@@ -41,8 +41,8 @@ pub enum MotionError {
     #[error(transparent)]
     RateLimit(#[from] ClipError),
     /// The id of a term of another problem.
-    #[error("the motion has no term {0} with such an objective: its id is of another motion")]
-    Term(usize),
+    #[error("the motion has no such term: its id is of another motion, or it was removed")]
+    Term,
     /// Two samples of a moving objective that read different joints.
     #[error(
         "a moving objective reads the same joints, motions and parts at every time; at {0} s it does not"

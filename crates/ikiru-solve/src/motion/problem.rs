@@ -10,14 +10,15 @@ use crate::motion::sample_terms::SampleTerms;
 use crate::motion::timeline::Timeline;
 use crate::motion::when::When;
 use crate::objective::Objective;
-use crate::problem::{Problem, TermId, Tolerance, check_objective};
+use crate::problem::{Problem, check_objective};
+use crate::term::{AnyObjective, Term, TermId};
 
 /// Where a term holds, and its objectives where they move.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Track {
     pub(crate) samples: Range<usize>,
     /// One a sample; empty for an objective that stays.
-    pub(crate) moving: Vec<Box<dyn Objective>>,
+    pub(crate) moving: Vec<Box<dyn AnyObjective>>,
 }
 
 /// Which joints may move, what is wanted when, how smooth the motion should be, and which samples are given.
@@ -28,7 +29,7 @@ pub(crate) struct Track {
 /// The cost is `Σ λ ρ(r)` over all terms and the samples at which they hold, plus
 /// `Σₙ wₙ Σₜ ‖Δⁿ qₜ‖²` for the orders 1 to 3 (equations 25 and 26). The differences are those from sample to sample, not
 /// divided by time; those of balls and of a free root are differences of rotations.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct MotionProblem {
     base: Problem,
     timeline: Timeline,
@@ -75,7 +76,7 @@ impl MotionProblem {
     /// A time that is not on the timeline, or a span that ends before it begins.
     pub fn from_problem(problem: Problem, timeline: Timeline, when: &[When]) -> Result<Self, MotionError> {
         let mut motion = Self::of_problem(problem, timeline);
-        for term in 0..motion.base.n_terms() {
+        for term in 0..motion.base.terms().len() {
             let samples = when.get(term).copied().unwrap_or_default().samples(&timeline)?;
             motion.tracks.push(Track { samples, moving: Vec::new() });
         }
@@ -104,7 +105,7 @@ impl MotionProblem {
     ///
     /// # Errors
     /// A time that is not on the timeline, or a span that ends before it begins.
-    pub fn add<T: Objective>(
+    pub fn add<T: Objective + Clone>(
         &mut self,
         weight: f64,
         when: When,
@@ -120,7 +121,7 @@ impl MotionProblem {
     ///
     /// # Errors
     /// A time that is not on the timeline, or objectives that read different things at different times.
-    pub fn add_moving<T: Objective>(
+    pub fn add_moving<T: Objective + Clone>(
         &mut self,
         weight: f64,
         when: When,
@@ -138,33 +139,33 @@ impl MotionProblem {
     ///
     /// # Errors
     /// Objectives that read other things than the term did; the term is then left as it was.
-    pub fn set_moving<T: Objective>(
+    pub fn set_moving<T: Objective + Clone>(
         &mut self,
         id: TermId<T>,
         mut at: impl FnMut(f64) -> T,
     ) -> Result<(), MotionError> {
-        let (Some(track), Some(known)) = (self.tracks.get(id.index()), self.base.get(id)) else {
-            return Err(MotionError::Term(id.index()));
+        let (Some(at_term), Some(known)) = (self.base.position(id), self.base.get(id)) else {
+            return Err(MotionError::Term);
         };
-        let samples = track.samples.clone();
+        let samples = self.tracks[at_term].samples.clone();
         let first = at(self.timeline.time(samples.start));
         if !reads_the_same(known, &first) {
             return Err(MotionError::Changes(self.timeline.time(samples.start)));
         }
         let moving = self.follow(&samples, &first, at)?;
-        self.tracks[id.index()].moving = moving;
+        self.tracks[at_term].moving = moving;
         self.base[id] = first;
         Ok(())
     }
 
     /// The objective of every sample, all of which read what `first` does.
-    fn follow<T: Objective>(
+    fn follow<T: Objective + Clone>(
         &self,
         samples: &Range<usize>,
         first: &T,
         mut at: impl FnMut(f64) -> T,
-    ) -> Result<Vec<Box<dyn Objective>>, MotionError> {
-        let mut moving: Vec<Box<dyn Objective>> = Vec::with_capacity(samples.len());
+    ) -> Result<Vec<Box<dyn AnyObjective>>, MotionError> {
+        let mut moving: Vec<Box<dyn AnyObjective>> = Vec::with_capacity(samples.len());
         for sample in samples.clone() {
             let secs = self.timeline.time(sample);
             let objective = at(secs);
@@ -230,19 +231,41 @@ impl MotionProblem {
         self.even_spacing
     }
 
-    /// Changes the weight λ of a term.
-    pub fn set_weight<T>(&mut self, id: TermId<T>, weight: f64) {
-        self.base.set_weight(id, weight);
+    /// A term, to change how it counts at all its samples.
+    ///
+    /// # Panics
+    /// When the motion has no such term.
+    #[must_use]
+    pub fn term_mut<T>(&mut self, id: TermId<T>) -> &mut Term {
+        self.base.term_mut(id)
     }
 
-    /// Changes the tolerance of a term.
-    pub fn set_tolerance<T>(&mut self, id: TermId<T>, tolerance: Tolerance) {
-        self.base.set_tolerance(id, tolerance);
+    /// The terms, to change how they count: they stay as many, in the same order.
+    pub fn terms_mut(&mut self) -> &mut [Term] {
+        self.base.terms_mut()
     }
 
-    /// Says whether success asks for a term.
-    pub fn set_mandatory<T>(&mut self, id: TermId<T>, mandatory: bool) {
-        self.base.set_mandatory(id, mandatory);
+    /// Takes a term out for good; `None` where it is gone already. The answer is the objective that the id led to.
+    pub fn remove<T: Objective + Clone>(&mut self, id: TermId<T>) -> Option<T> {
+        self.base.get(id)?;
+        let at = self.base.position(id)?;
+        self.tracks.remove(at);
+        self.base.remove(id)
+    }
+
+    /// The problem of the pose at one sample: the terms that hold there, under the same ids, with the targets that they
+    /// have there; smoothness, given samples and limits on rates are no part of it. Beyond the last sample it
+    /// has no terms.
+    #[must_use]
+    pub fn at(&self, sample: usize) -> Problem {
+        let mut problem = self.base.clone();
+        problem.keep(|term| {
+            let track = &self.tracks[term];
+            let moved = track.moving.get(sample.wrapping_sub(track.samples.start));
+            let holds = track.samples.contains(&sample);
+            holds.then(|| moved.unwrap_or(&self.base.terms()[term].objective).clone())
+        });
+        problem
     }
 
     /// The first sample is this pose.
@@ -344,10 +367,15 @@ impl MotionProblem {
         self.history.get(sample).or(self.end.as_ref().filter(|_| is_last))
     }
 
+    /// Whether a term is on and holds at a sample.
+    fn holds(&self, term: usize, sample: usize) -> bool {
+        self.base.terms()[term].is_on && self.tracks[term].samples.contains(&sample)
+    }
+
     /// Whether a term wants something of a sample: it does at its samples but for those that are given, where there is
     /// nothing to plan.
     pub(crate) fn wants(&self, term: usize, sample: usize) -> bool {
-        self.tracks[term].samples.contains(&sample) && self.given(sample).is_none()
+        self.holds(term, sample) && self.given(sample).is_none()
     }
 
     /// Whether all samples of a term are given: what it costs is then a constant of the motion.
@@ -362,7 +390,7 @@ impl MotionProblem {
 
     /// Whether a settled term holds at a sample.
     pub(crate) fn settles(&self, term: usize, sample: usize) -> bool {
-        self.tracks[term].samples.contains(&sample) && self.is_settled(term)
+        self.holds(term, sample) && self.is_settled(term)
     }
 
     /// Active joints that the given samples lead from one place to another, whether or not a term reads them.
@@ -420,8 +448,18 @@ impl MotionProblem {
     }
 
     /// The terms that a plan can still do something for at one sample.
-    pub(crate) fn at(&self, sample: usize) -> SampleTerms<'_> {
+    pub(crate) fn wanted_at(&self, sample: usize) -> SampleTerms<'_> {
         SampleTerms::wanted(self, sample)
+    }
+
+    /// Whether a term would hold at a sample, were it not switched off.
+    pub(crate) fn is_off_at(&self, term: usize, sample: usize) -> bool {
+        !self.base.terms()[term].is_on && self.tracks[term].samples.contains(&sample)
+    }
+
+    /// The terms of one sample that are switched off.
+    pub(crate) fn off_at(&self, sample: usize) -> SampleTerms<'_> {
+        SampleTerms::off(self, sample)
     }
 
     /// The settled terms of one sample.
@@ -482,7 +520,8 @@ mod tests {
                     for to in from..n_samples {
                         let when = When::Span { from: timeline.time(from), to: timeline.time(to) };
                         let target = Position::new(JointId::from_index(0), glam::DVec3::ZERO);
-                        let term = motion.add(1.0, when, target).unwrap().index();
+                        let id = motion.add(1.0, when, target).unwrap();
+                        let term = motion.base.position(id).unwrap();
                         let is_given = (from..=to).all(|sample| motion.given(sample).is_some());
                         assert_eq!(motion.is_settled(term), is_given, "{n_history} given, {from} to {to}");
                         *(if is_given { &mut n_settled } else { &mut n_open }) += 1;

@@ -123,10 +123,12 @@ pub(crate) fn report_terms(
         .collect();
     let mut add = |state: &State, terms: &SampleTerms<'_>, sample: usize| {
         for (t, report) in layout.terms.iter().zip(&mut reports).filter(|(t, _)| terms.is_on(t.term)) {
-            let loss = terms.objective(t.term).loss();
+            let loss = terms.term(t.term).loss;
             for (idx, part) in t.parts.clone().enumerate() {
                 let length = state.squares[part].sqrt();
-                report.cost += report.weight * loss.cost(state.squares[part]);
+                if terms.term(t.term).is_on {
+                    report.cost += report.weight * loss.cost(state.squares[part]);
+                }
                 let tolerance = motion.terms().terms()[t.term].tolerance.of(layout.parts[part].unit);
                 report.satisfied &= length <= tolerance;
                 if idx > 0 {
@@ -141,5 +143,6 @@ pub(crate) fn report_terms(
     };
     state.visit_wanted(layout, motion, &mut add);
     state.visit_settled(layout, motion, &mut add);
+    state.visit_off(layout, motion, &mut add);
     reports
 }

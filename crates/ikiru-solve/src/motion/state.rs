@@ -24,6 +24,8 @@ pub(crate) struct MotionState {
     pub(crate) keyed: Vec<usize>,
     /// Samples at which terms hold that given samples settle.
     settled: Vec<usize>,
+    /// Samples at which terms would hold that are switched off.
+    off: Vec<usize>,
     pub(crate) rows: SampleRows,
     /// Half the gradient of the joint rows, of smoothness, spacing and limits on rates, by the tangents of all samples.
     pub(crate) gradient: Vec<f64>,
@@ -53,12 +55,14 @@ impl MotionState {
         let n_terms = motion.tracks().len();
         let keyed = (0..n_samples).filter(|t| (0..n_terms).any(|term| motion.wants(term, *t)));
         let settled = (0..n_samples).filter(|t| (0..n_terms).any(|term| motion.settles(term, *t)));
+        let off = (0..n_samples).filter(|t| (0..n_terms).any(|term| motion.is_off_at(term, *t)));
         Self {
             n_samples,
             coords: vec![0.0; layout.n_coords * n_samples],
             is_given: (0..n_samples).map(|t| motion.given(t).is_some()).collect(),
             keyed: keyed.collect(),
             settled: settled.collect(),
+            off: off.collect(),
             rows: SampleRows::new(layout),
             gradient: vec![0.0; n],
             curvature: vec![0.0; n],
@@ -104,7 +108,7 @@ impl MotionState {
     /// Evaluates what is wanted of one sample; the answer is its cost.
     fn evaluate_sample(&mut self, layout: &Layout, motion: &MotionProblem, t: usize) -> f64 {
         self.enter(layout, t);
-        let cost = self.sample.evaluate(layout, &motion.at(t));
+        let cost = self.sample.evaluate(layout, &motion.wanted_at(t));
         self.evaluated = Some(t);
         cost
     }
@@ -132,7 +136,7 @@ impl MotionState {
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
             self.evaluate_sample(layout, motion, t);
-            if !see(&self.sample, &motion.at(t), t) {
+            if !see(&self.sample, &motion.wanted_at(t), t) {
                 return;
             }
         }
@@ -143,10 +147,32 @@ impl MotionState {
         &mut self,
         layout: &Layout,
         motion: &MotionProblem,
+        see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
+    ) {
+        let samples = std::mem::take(&mut self.settled);
+        self.visit(layout, samples.iter().map(|t| (*t, motion.settled_at(*t))), see);
+        self.settled = samples;
+    }
+
+    /// The same of samples at which terms would hold that are switched off.
+    pub(crate) fn visit_off(
+        &mut self,
+        layout: &Layout,
+        motion: &MotionProblem,
+        see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
+    ) {
+        let samples = std::mem::take(&mut self.off);
+        self.visit(layout, samples.iter().map(|t| (*t, motion.off_at(*t))), see);
+        self.off = samples;
+    }
+
+    fn visit<'a>(
+        &mut self,
+        layout: &Layout,
+        samples: impl Iterator<Item = (usize, SampleTerms<'a>)>,
         mut see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
     ) {
-        for i in 0..self.settled.len() {
-            let (t, terms) = (self.settled[i], motion.settled_at(self.settled[i]));
+        for (t, terms) in samples {
             self.enter(layout, t);
             self.sample.evaluate(layout, &terms);
             if !see(&self.sample, &terms, t) {
@@ -190,7 +216,7 @@ impl MotionState {
             if self.evaluated != Some(t) {
                 self.evaluate_sample(layout, motion, t);
             }
-            let terms = motion.at(t);
+            let terms = motion.wanted_at(t);
             self.sample.linearize(layout, &terms, false);
             for k in 0..n {
                 self.gradient[t * n + k] += self.sample.joint_gradient[k];
@@ -204,7 +230,7 @@ impl MotionState {
     fn push_rows(&mut self, layout: &Layout, terms: &impl Terms, t: usize) {
         let first_of_sample = self.rows.n_rows();
         for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
-            let (weight, loss) = (terms.weight(term.term), terms.objective(term.term).loss());
+            let (weight, loss) = (terms.term(term.term).weight, terms.term(term.term).loss);
             let mut row = term.rows.start;
             for part in term.parts.clone() {
                 let scale = self.sample.weights[part];
@@ -244,7 +270,7 @@ impl MotionState {
             if self.evaluated != Some(t) {
                 self.evaluate_sample(layout, motion, t);
             }
-            let terms = motion.at(t);
+            let terms = motion.wanted_at(t);
             for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
                 let mut row = term.rows.start;
                 for part in term.frame_parts() {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::JointId;
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objective::{Inputs, Objective, Part, Rows, Unit};
 use crate::objectives::angles::{DirectionChange, check_axis, evaluate_direction, unit_axis};
 
 /// Turns an axis of a joint to a direction of the world: a palm down, a foot flat.
@@ -18,15 +18,13 @@ pub struct Direction {
     pub axis: DVec3,
     /// Where it should point, in the world; any length but 0.
     pub target: DVec3,
-    /// The loss.
-    pub loss: Loss,
 }
 
 impl Direction {
-    /// `axis` along `target`, squared loss.
+    /// `axis` along `target`.
     #[must_use]
     pub fn new(joint: JointId, axis: DVec3, target: DVec3) -> Self {
-        Self { joint, axis, target, loss: Loss::Squared }
+        Self { joint, axis, target }
     }
 }
 
@@ -41,10 +39,6 @@ impl Objective for Direction {
 
     fn parts(&self) -> &[Part] {
         &[Part { n_rows: 2, unit: Unit::Radians }]
-    }
-
-    fn loss(&self) -> Loss {
-        self.loss
     }
 
     fn check(&self) -> Result<(), &'static str> {
@@ -70,9 +64,10 @@ mod tests {
 
     #[test]
     fn derivatives() {
-        check_on_random_rigs(|joints, random| {
-            let loss = [Loss::Squared, Loss::Norm][random.below(2)];
-            Direction { joint: joints[0], axis: random.vector(2.0), target: random.vector(3.0), loss }
+        check_on_random_rigs(|joints, random| Direction {
+            joint: joints[0],
+            axis: random.vector(2.0),
+            target: random.vector(3.0),
         });
     }
 

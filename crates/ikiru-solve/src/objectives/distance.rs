@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::JointId;
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objective::{Inputs, Objective, Part, Rows, Unit};
 use crate::objectives::position::check_point;
 
 /// How far apart.
@@ -29,15 +29,13 @@ pub struct Distance {
     pub points: [DVec3; 2],
     /// How far apart they should be.
     pub apart: Apart,
-    /// The loss.
-    pub loss: Loss,
 }
 
 impl Distance {
-    /// The origins of two joints, squared loss.
+    /// The origins of two joints.
     #[must_use]
     pub fn new(joints: [JointId; 2], apart: Apart) -> Self {
-        Self { joints, points: [DVec3::ZERO; 2], apart, loss: Loss::Squared }
+        Self { joints, points: [DVec3::ZERO; 2], apart }
     }
 }
 
@@ -52,10 +50,6 @@ impl Objective for Distance {
 
     fn parts(&self) -> &[Part] {
         &[Part { n_rows: 1, unit: Unit::Metres }]
-    }
-
-    fn loss(&self) -> Loss {
-        self.loss
     }
 
     fn check(&self) -> Result<(), &'static str> {

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{JointId, JointMotion, Rig, rotation_vector};
 
-use crate::objective::{Inputs, JointRows, Loss, Objective, Part, Rows};
+use crate::objective::{Inputs, JointRows, Objective, Part, Rows};
 use crate::objectives::angles::inverse_right_jacobian;
 use crate::objectives::orientation::check_rotation;
 
@@ -61,10 +61,6 @@ impl Objective for KnownRotation {
 
     fn parts(&self) -> &[Part] {
         &[]
-    }
-
-    fn loss(&self) -> Loss {
-        Loss::Squared
     }
 
     fn check(&self) -> Result<(), &'static str> {

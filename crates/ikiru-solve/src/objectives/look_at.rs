@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::{Frame, JointId};
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objective::{Inputs, Objective, Part, Rows, Unit};
 use crate::objectives::angles::{DirectionChange, check_axis, evaluate_direction, unit_axis};
 use crate::objectives::position::check_target;
 
@@ -36,15 +36,13 @@ pub struct LookAt {
     pub axis: DVec3,
     /// What it looks at.
     pub gaze: Gaze,
-    /// The loss.
-    pub loss: Loss,
 }
 
 impl LookAt {
-    /// `axis` towards a point of the world, squared loss.
+    /// `axis` towards a point of the world.
     #[must_use]
     pub fn new(joint: JointId, axis: DVec3, point: DVec3) -> Self {
-        Self { joint, axis, gaze: Gaze::Point(point), loss: Loss::Squared }
+        Self { joint, axis, gaze: Gaze::Point(point) }
     }
 
     fn change(&self, frame: &Frame<f64>, axis: DVec3) -> DirectionChange {
@@ -73,10 +71,6 @@ impl Objective for LookAt {
 
     fn parts(&self) -> &[Part] {
         &[Part { n_rows: 2, unit: Unit::Radians }]
-    }
-
-    fn loss(&self) -> Loss {
-        self.loss
     }
 
     fn check(&self) -> Result<(), &'static str> {
@@ -120,7 +114,7 @@ mod tests {
             } else {
                 Gaze::OffsetFromTip { length: random.between(-0.1, 0.4), offset: random.vector(1.0) }
             };
-            LookAt { joint: joints[0], axis: random.vector(1.0), gaze, loss: Loss::Squared }
+            LookAt { joint: joints[0], axis: random.vector(1.0), gaze }
         });
     }
 

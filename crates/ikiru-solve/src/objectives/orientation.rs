@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{Frame, JointId, Rotation, Vec3, rotation_vector};
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objective::{Inputs, Objective, Part, Rows, Unit};
 use crate::objectives::angles::inverse_right_jacobian;
 
 /// Turns a joint's frame to a rotation of the world.
@@ -17,15 +17,13 @@ pub struct Orientation {
     pub joint: JointId,
     /// `world_from_joint`'s rotation as it should be; any length but 0.
     pub target: DQuat,
-    /// The loss.
-    pub loss: Loss,
 }
 
 impl Orientation {
-    /// The joint's frame at `target`, squared loss.
+    /// The joint's frame at `target`.
     #[must_use]
     pub fn new(joint: JointId, target: DQuat) -> Self {
-        Self { joint, target, loss: Loss::Squared }
+        Self { joint, target }
     }
 }
 
@@ -40,10 +38,6 @@ impl Objective for Orientation {
 
     fn parts(&self) -> &[Part] {
         &[Part { n_rows: 3, unit: Unit::Radians }]
-    }
-
-    fn loss(&self) -> Loss {
-        self.loss
     }
 
     fn check(&self) -> Result<(), &'static str> {
@@ -89,10 +83,7 @@ mod tests {
 
     #[test]
     fn derivatives() {
-        check_on_random_rigs(|joints, random| {
-            let loss = [Loss::Squared, Loss::Norm][random.below(2)];
-            Orientation { joint: joints[0], target: random.rotation(), loss }
-        });
+        check_on_random_rigs(|joints, random| Orientation { joint: joints[0], target: random.rotation() });
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::JointId;
 
-use crate::objective::{Inputs, Loss, Objective, Part, Reach, Rows, Unit};
+use crate::objective::{Inputs, Objective, Part, Reach, Rows, Unit};
 use crate::objectives::orientation::{check_rotation, evaluate_orientation};
 use crate::objectives::position::{check_point, check_target, evaluate_position};
 
@@ -21,15 +21,13 @@ pub struct PoseTarget {
     pub position: DVec3,
     /// `world_from_joint`'s rotation as it should be; any length but 0.
     pub rotation: DQuat,
-    /// The loss of each part.
-    pub loss: Loss,
 }
 
 impl PoseTarget {
-    /// The joint's frame at `position` and `rotation`, squared loss.
+    /// The joint's frame at `position` and `rotation`.
     #[must_use]
     pub fn new(joint: JointId, position: DVec3, rotation: DQuat) -> Self {
-        Self { joint, point: DVec3::ZERO, position, rotation, loss: Loss::Squared }
+        Self { joint, point: DVec3::ZERO, position, rotation }
     }
 }
 
@@ -44,10 +42,6 @@ impl Objective for PoseTarget {
 
     fn parts(&self) -> &[Part] {
         &[Part { n_rows: 3, unit: Unit::Metres }, Part { n_rows: 3, unit: Unit::Radians }]
-    }
-
-    fn loss(&self) -> Loss {
-        self.loss
     }
 
     fn check(&self) -> Result<(), &'static str> {
@@ -82,7 +76,6 @@ mod tests {
             point: random.vector(0.2),
             position: random.vector(1.0),
             rotation: random.rotation(),
-            loss: Loss::Squared,
         });
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::{Frame, JointId};
 
-use crate::objective::{Inputs, Loss, Objective, Part, Reach, Rows, Unit};
+use crate::objective::{Inputs, Objective, Part, Reach, Rows, Unit};
 
 /// Brings a point of a joint to a point of the world.
 ///
@@ -17,15 +17,13 @@ pub struct Position {
     pub point: DVec3,
     /// Where it should be, in the world (metres).
     pub target: DVec3,
-    /// The loss.
-    pub loss: Loss,
 }
 
 impl Position {
-    /// The joint's origin at `target`, squared loss.
+    /// The joint's origin at `target`.
     #[must_use]
     pub fn new(joint: JointId, target: DVec3) -> Self {
-        Self { joint, point: DVec3::ZERO, target, loss: Loss::Squared }
+        Self { joint, point: DVec3::ZERO, target }
     }
 }
 
@@ -40,10 +38,6 @@ impl Objective for Position {
 
     fn parts(&self) -> &[Part] {
         &[Part { n_rows: 3, unit: Unit::Metres }]
-    }
-
-    fn loss(&self) -> Loss {
-        self.loss
     }
 
     fn check(&self) -> Result<(), &'static str> {
@@ -94,9 +88,10 @@ mod tests {
 
     #[test]
     fn derivatives() {
-        check_on_random_rigs(|joints, random| {
-            let loss = [Loss::Squared, Loss::Norm, Loss::Huber { width: 0.3 }][random.below(3)];
-            Position { joint: joints[0], point: random.vector(0.3), target: random.vector(1.0), loss }
+        check_on_random_rigs(|joints, random| Position {
+            joint: joints[0],
+            point: random.vector(0.3),
+            target: random.vector(1.0),
         });
     }
 

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{JointId, Rotation, Vec3, rotation_vector};
 
-use crate::objective::{Inputs, Loss, Objective, Part, Rows, Unit};
+use crate::objective::{Inputs, Objective, Part, Rows, Unit};
 use crate::objectives::angles::inverse_right_jacobian;
 use crate::objectives::orientation::check_rotation;
 use crate::objectives::position::check_target;
@@ -20,15 +20,13 @@ pub struct RelativePose {
     pub position: Option<DVec3>,
     /// How the second joint's frame should be turned in the first's; any length but 0.
     pub rotation: Option<DQuat>,
-    /// The loss of each part.
-    pub loss: Loss,
 }
 
 impl RelativePose {
-    /// `joint` at `position` and `rotation` of `base`, squared loss.
+    /// `joint` at `position` and `rotation` of `base`.
     #[must_use]
     pub fn new(base: JointId, joint: JointId, position: Option<DVec3>, rotation: Option<DQuat>) -> Self {
-        Self { joints: [base, joint], position, rotation, loss: Loss::Squared }
+        Self { joints: [base, joint], position, rotation }
     }
 }
 
@@ -51,10 +49,6 @@ impl Objective for RelativePose {
             (None, Some(_)) => &[RADIANS],
             (None, None) => &[],
         }
-    }
-
-    fn loss(&self) -> Loss {
-        self.loss
     }
 
     fn check(&self) -> Result<(), &'static str> {

@@ -3,7 +3,7 @@
 use glam::DQuat;
 use ikiru_rig::{JointId, JointMotion, Pose, Rig, difference_joint};
 
-use crate::objective::{Inputs, JointRows, Loss, Objective, Part, Rows};
+use crate::objective::{Inputs, JointRows, Objective, Part, Rows};
 use crate::objectives::known_rotation::turn_residual;
 
 /// Pulls joints towards a pose: what decides between the many poses that reach a target.
@@ -48,10 +48,6 @@ impl Objective for RestPose {
 
     fn parts(&self) -> &[Part] {
         &[]
-    }
-
-    fn loss(&self) -> Loss {
-        Loss::Squared
     }
 
     fn check(&self) -> Result<(), &'static str> {

@@ -15,6 +15,7 @@ use crate::solvers::adam::whole_gradient;
 use crate::solvers::search::{Bar, Budget, Outcome};
 use crate::solvers::turn::{Pull, nudge, room};
 use crate::state::State;
+use crate::term::Term;
 
 /// A sweep that takes less than this part of the cost away is the last.
 const LEAST_GAIN: f64 = 1e-9;
@@ -94,15 +95,17 @@ impl Ccd {
     /// alone decides.
     fn find_effectors(&mut self, layout: &Layout, problem: &Problem) -> bool {
         self.effectors.clear();
-        for t in &layout.terms {
+        for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {
             if let Some(reach) = problem.terms()[t.term].objective.reach() {
                 self.effectors.push(Effector { term: t.term, node: t.nodes[reach.joint], reach });
             }
         }
-        let terms = problem.terms();
-        self.effectors.len() == terms.len()
-            && terms.iter().all(|t| t.objective.parts().len() == 1 && t.objective.joint_rows().is_none())
-            && (terms.len() == 1 || terms.iter().all(|t| t.objective.loss() == Loss::Squared))
+        let n_on = problem.terms().iter().filter(|t| t.is_on).count();
+        let is_sum_of_squares = |t: &Term| {
+            let is_one = t.objective.parts().len() == 1 && t.objective.joint_rows().is_none();
+            is_one && (n_on == 1 || t.loss == Loss::Squared)
+        };
+        self.effectors.len() == n_on && problem.terms().iter().filter(|t| t.is_on).all(is_sum_of_squares)
     }
 
     /// Moves one degree of freedom; the answer is the cost afterwards, at which `state` is evaluated.

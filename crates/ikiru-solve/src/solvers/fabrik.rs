@@ -105,6 +105,7 @@ impl Fabrik {
         for t in &layout.terms {
             let term = &problem.terms()[t.term];
             if let Some(reach) = term.objective.reach()
+                && term.is_on
                 && term.weight > 0.0
             {
                 let node = t.nodes[reach.joint];

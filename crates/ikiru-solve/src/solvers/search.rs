@@ -44,7 +44,7 @@ impl Bar {
     /// A cost to come below, or none where the tolerances of a problem's terms decide.
     pub(crate) fn new(cost_below: Option<f64>, problem: &Problem, impatient: bool) -> Self {
         // Weights that are all tiny make every cost tiny, whether or not the terms are met.
-        let largest = problem.terms().iter().map(|term| term.weight).fold(0.0, f64::max);
+        let largest = problem.terms().iter().filter(|t| t.is_on).map(|t| t.weight).fold(0.0, f64::max);
         Self { cost_below, nothing: NOTHING * largest.min(1.0), impatient }
     }
 

@@ -306,9 +306,9 @@ impl StepSolver {
                 cost += d * (2.0 * self.joint_gradient[k] + d * self.curvature[k]);
             }
         }
-        for t in &layout.terms {
+        for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {
             let term = &problem.terms()[t.term];
-            let loss = term.objective.loss();
+            let loss = term.loss;
             let mut row = t.rows.start;
             for part in t.frame_parts() {
                 let rows = &self.y[row..row + layout.parts[part].n_rows];

@@ -109,7 +109,8 @@ fn one_hinge_is_at_its_best_angle_after_one_sweep() {
         let (joint, tip) = (JointId::from_index(0), JointId::from_index(1));
         let target = random.vector(0.5);
         let mut problem = Problem::whole_body(&rig);
-        problem.add(1.0, Position { loss: Loss::Norm, ..Position::new(tip, target) });
+        let reach = problem.add(1.0, Position::new(tip, target));
+        problem.term_mut(reach).loss = Loss::Norm;
         let mut pose = rig.rest_pose();
         let (cost, ..) = solve(Method::Ccd, &problem, &mut pose, 1);
         for i in 0..=1000 {

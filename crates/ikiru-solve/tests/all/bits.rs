@@ -44,7 +44,8 @@ fn problem(rig: &Rig, random: &mut Random, target: &Pose) -> Problem {
     let frame = target.frame(end);
     let (position, rotation) = (DVec3::from(frame.origin), frame.rotation.quaternion());
     let loss = [Loss::Squared, Loss::Norm, Loss::Huber { width: 0.1 }][random.below(3)];
-    problem.add(1.0, Position { loss, ..Position::new(end, position) });
+    let reach = problem.add(1.0, Position::new(end, position));
+    problem.term_mut(reach).loss = loss;
     for _ in 0..random.below(4) {
         match random.below(10) {
             0 => drop(problem.add(0.3, Orientation::new(end, rotation))),

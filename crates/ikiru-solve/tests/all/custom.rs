@@ -6,7 +6,7 @@ use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
 /// Three joints form a triangle of a given area, and the first looks away from the plane of the others by a
 /// given angle: products, quotients, roots and arc tangents in one.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Triangle {
     joints: [JointId; 3],
     area: f64,
@@ -30,7 +30,7 @@ impl Residual for Triangle {
 }
 
 /// Wrong on purpose: it hides its derivative from the solver by going through the plain value.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Opaque([JointId; 1]);
 
 impl Residual for Opaque {

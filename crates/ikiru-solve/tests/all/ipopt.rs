@@ -118,8 +118,8 @@ fn a_cone_stops_what_is_out_of_reach_as_it_stops_lm() {
 fn every_stop_rule_stops() {
     let (rig, hand) = arm();
     let mut problem = Problem::whole_body(&rig);
-    let id =
-        problem.add(1.0, Position { loss: Loss::Norm, ..Position::new(hand, DVec3::new(0.5, 0.4, 0.2)) });
+    let id = problem.add(1.0, Position::new(hand, DVec3::new(0.5, 0.4, 0.2)));
+    problem.term_mut(id).loss = Loss::Norm;
     let run = |options: SolverOptions, problem: &Problem| solve(options, problem, &mut rig.rest_pose());
     let bar = SolverOptions { cost_below: Some(0.005), ..IPOPT };
     let (cost, stop, iterations) = run(bar, &problem);

@@ -14,6 +14,7 @@ mod rate_limits;
 mod solving;
 mod terms;
 mod tracking;
+mod values;
 
 /// Counts for the tests that bound memory or allow no allocation.
 #[global_allocator]

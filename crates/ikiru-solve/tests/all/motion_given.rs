@@ -24,7 +24,7 @@ fn what_given_frames_do_not_meet_is_named() {
     motion[end].target = place(&rest, hand);
     assert!(plan(SolverOptions::default(), &motion, &rest).report.success);
     motion[end].target = DVec3::new(0.4, 0.5, 0.0);
-    motion.set_mandatory(end, false);
+    motion.term_mut(end).mandatory = false;
     let planned = plan(SolverOptions::default(), &motion, &rest);
     assert!(planned.report.success && !planned.report.terms[1].satisfied);
     // Over a span it says nothing of the frames that are given.
@@ -53,7 +53,7 @@ fn what_does_not_move_is_judged_as_the_clip_has_it() {
     let id = motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.5, 0.4, 0.2))).unwrap();
     let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default());
     let at = place(planned.clip.poses().last().unwrap(), hand);
-    let residual = planned.report.terms[id.index()].residual;
+    let residual = planned.report.terms[motion.terms().position(id).unwrap()].residual;
     assert!((at.distance(DVec3::new(0.5, 0.4, 0.2)) - residual).abs() < 1e-9, "{residual}");
     assert!(planned.report.success);
     // Given frames that differ there are refused.

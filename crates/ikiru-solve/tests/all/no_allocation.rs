@@ -10,7 +10,7 @@ use ikiru_solve::{Method, Problem, Residual, Search, Solver, SolverOptions};
 use ikiru_testkit::allocations::count;
 use ikiru_testkit::rigs::{Random, random_rig};
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct KeepApart {
     joints: [JointId; 2],
     distance: f64,

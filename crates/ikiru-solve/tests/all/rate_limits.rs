@@ -87,7 +87,7 @@ fn a_hinge_goes_as_far_as_its_speed_lets_it() {
         let end = planned.clip.poses().last().unwrap().coords()[0];
         assert!(planned.report.exceeded.is_empty());
         assert_eq!(planned.report.success, reaches, "{:?}", planned.report);
-        assert_eq!(planned.report.terms[id.index()].satisfied, reaches);
+        assert_eq!(planned.report.terms[motion.terms().position(id).unwrap()].satisfied, reaches);
         let (speed, _) = measured(&planned.clip, joint, RatePart::Rotation);
         assert!(speed <= most * (1.0 + 1e-6), "{speed} of {most}");
         // As far as full speed all the time gets it, but for the margin that is kept.
@@ -293,7 +293,10 @@ fn a_free_duration_takes_as_long_as_the_limits_ask_for() {
     let (speed, acceleration) = measured(&planned.clip, joint, RatePart::Rotation);
     assert!(speed <= 1.0 + 1e-6 && acceleration <= 6.0 + 1e-3, "{speed} {acceleration}");
     assert!(speed > 0.95, "no slower than it must be: {speed}");
-    let (near, far) = (&planned.report.terms[near.index()], &planned.report.terms[far.index()]);
+    let (near, far) = (
+        &planned.report.terms[motion.terms().position(near).unwrap()],
+        &planned.report.terms[motion.terms().position(far).unwrap()],
+    );
     assert_eq!(far.to_secs, *planned.clip.times().last().unwrap());
     assert!(planned.clip.times().contains(&near.from_secs));
     // What was slow enough keeps its tempo: the fast part lies behind the first key.

@@ -137,7 +137,7 @@ fn reachable_targets_are_reached_on_trees_with_every_motion() {
         let (position, rotation) = reachable(&rig, joint, &mut random);
         let mut problem = Problem::whole_body(&rig);
         let id = problem.add(1.0, PoseTarget::new(joint, position, rotation));
-        problem.set_tolerance(id, Tolerance { metres: 1e-5, radians: 1e-5 });
+        problem.term_mut(id).tolerance = Tolerance { metres: 1e-5, radians: 1e-5 };
         let solver = Solver::new(global(64));
         let mut pose = rig.rest_pose();
         let mut workspace = solver.workspace(&problem);
@@ -251,7 +251,10 @@ fn invalid_input_stops_at_once_and_leaves_the_pose() {
     );
     let huber = Loss::Huber { width: 0.0 };
     assert_eq!(
-        term(invalid(&|p| ignore(p.add(1.0, Position { loss: huber, ..Position::new(hand, DVec3::ZERO) })))),
+        term(invalid(&|p| {
+            let id = p.add(1.0, Position::new(hand, DVec3::ZERO));
+            p.term_mut(id).loss = huber;
+        })),
         1
     );
     // An angle for a joint that has none.
@@ -291,8 +294,8 @@ fn every_stop_rule_stops() {
     let rig = arm();
     let hand = rig.joint("hand").unwrap();
     let mut problem = Problem::whole_body(&rig);
-    let id =
-        problem.add(1.0, Position { loss: Loss::Norm, ..Position::new(hand, DVec3::new(0.2, 0.1, 0.3)) });
+    let id = problem.add(1.0, Position::new(hand, DVec3::new(0.2, 0.1, 0.3)));
+    problem.term_mut(id).loss = Loss::Norm;
     let run = |options: SolverOptions, problem: &Problem| {
         let solver = Solver::new(options);
         let mut pose = rig.rest_pose();
@@ -344,10 +347,12 @@ fn optional_terms_shape_the_pose_and_do_not_decide() {
     let mut workspace = solver.workspace(&problem);
     let report = solver.solve(&problem, &mut rig.rest_pose(), &mut workspace);
     assert!(
-        !report.success && report.terms[reach.index()].satisfied && !report.terms[wish.index()].satisfied
+        !report.success
+            && report.terms[problem.position(reach).unwrap()].satisfied
+            && !report.terms[problem.position(wish).unwrap()].satisfied
     );
-    assert_eq!(report.terms[wish.index()].unit, Unit::Radians);
-    problem.set_mandatory(wish, false);
+    assert_eq!(report.terms[problem.position(wish).unwrap()].unit, Unit::Radians);
+    problem.term_mut(wish).mandatory = false;
     assert!(solver.solve(&problem, &mut rig.rest_pose(), &mut workspace).success);
 }
 

@@ -5,8 +5,8 @@ use glam::{DQuat, DVec3};
 use ikiru_rig::{Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{JointAngles, KnownRotation, Position, RestPose};
 use ikiru_solve::{
-    Inputs, Invalid, JointRows, Loss, MOST_PARTS, Objective, Part, Problem, Rows, Search, Solver,
-    SolverOptions, StopReason, Unit,
+    Inputs, Invalid, JointRows, MOST_PARTS, Objective, Part, Problem, Rows, Search, Solver, SolverOptions,
+    StopReason, Unit,
 };
 
 /// One joint that moves, and a tip one metre along x.
@@ -77,7 +77,7 @@ fn angles_that_do_not_fit_a_joint_are_refused_with_the_reason() {
 }
 
 /// Parts of one row each, all with the same residual but for their number, and rows that one joint has.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Parts {
     joints: [JointId; 1],
     parts: Vec<Part>,
@@ -93,9 +93,6 @@ impl Objective for Parts {
     }
     fn parts(&self) -> &[Part] {
         &self.parts
-    }
-    fn loss(&self) -> Loss {
-        Loss::Squared
     }
     fn check(&self) -> Result<(), &'static str> {
         Ok(())
@@ -134,7 +131,7 @@ fn every_part_is_reported_and_has_its_say() {
         let report = Solver::default().solve(problem, &mut rig.rest_pose(), workspace);
         (report.terms[0], report.success)
     };
-    problem.set_tolerance(id, tolerance);
+    problem.term_mut(id).tolerance = tolerance;
     let (term, success) = solve(&problem, &mut workspace);
     assert!(success && (term.residual - 0.1).abs() < 1e-15);
     let others: Vec<_> = term.others.iter().map(|part| (part.residual, part.unit)).collect();
@@ -143,7 +140,7 @@ fn every_part_is_reported_and_has_its_say() {
     assert!((others[1].0 - 0.3).abs() < 1e-15 && others[1].1 == Unit::Metres);
     // The third part alone decides.
     tolerance.metres = 0.25;
-    problem.set_tolerance(id, tolerance);
+    problem.term_mut(id).tolerance = tolerance;
     assert!(!solve(&problem, &mut workspace).1);
 }
 
