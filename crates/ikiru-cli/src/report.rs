@@ -7,7 +7,7 @@ use comfy_table::{CellAlignment, LineStyle, Table, presets};
 use glam::DVec3;
 use ikiru_rig::{JointId, JointMotion, Pose, Rig, Role};
 use ikiru_scenario::{Scenario, TermHandle};
-use ikiru_solve::objectives::{Apart, Gaze};
+use ikiru_solve::objectives::{Bound, Gaze};
 use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, Report, SolverOptions, StopReason, TermReport};
 
 use crate::numbers::{self, short};
@@ -136,10 +136,10 @@ fn target_text(scenario: &Scenario, objective: usize) -> String {
             Gaze::OffsetFromTip { offset, .. } => format!("tip + {}", vector(offset.to_array())),
         },
         Some(TermHandle::RelativePose(_)) => "a place beside a joint".to_owned(),
-        Some(TermHandle::Distance(id)) => match problem[id].apart {
-            Apart::Exactly(d) => format!("{} m apart", short(d)),
-            Apart::AtLeast(d) => format!("at least {} m apart", short(d)),
-            Apart::AtMost(d) => format!("at most {} m apart", short(d)),
+        Some(TermHandle::Distance(id)) => match problem[id].bound {
+            Bound::Exactly(d) => format!("{} m apart", short(d)),
+            Bound::AtLeast(d) => format!("at least {} m apart", short(d)),
+            Bound::AtMost(d) => format!("at most {} m apart", short(d)),
         },
         Some(TermHandle::PoleVector(id)) => format!("bent to {}", vector(problem[id].target.to_array())),
         Some(TermHandle::KnownRotation(_)) => "given angles".to_owned(),
@@ -166,6 +166,7 @@ pub(crate) fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
         (StopReason::TimeBudget, _) => "the time budget was used up".to_owned(),
         (StopReason::NoProgress, _) => "the method found no better pose".to_owned(),
         (StopReason::InvalidInput, _) => "the input is not usable".to_owned(),
+        (StopReason::ObjectiveFailed, _) => "an objective gave up".to_owned(),
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::DQuat;
 use ikiru_rig::{EulerOrder, JointId, Rig};
 use ikiru_solve::objectives::{
-    Apart, Direction, Distance, Gaze, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget, Position,
+    Bound, Direction, Distance, Gaze, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget, Position,
     RelativePose, RestPose,
 };
 use ikiru_solve::{Loss, Objective, Problem, TargetPath, TermId, Timeline, Tolerance, When};
@@ -212,10 +212,10 @@ fn add(
             let joints = these_joints::<2>(rig, table)?;
             let bounds = ["exactly", "at_least", "at_most"].map(|key| table.get(key));
             let metres = |v: &Value<'_>| v.number_that(|n| n >= 0.0, "metres, at least 0");
-            let apart = match &bounds {
-                [Some(v), None, None] => Apart::Exactly(metres(v)?),
-                [None, Some(v), None] => Apart::AtLeast(metres(v)?),
-                [None, None, Some(v)] => Apart::AtMost(metres(v)?),
+            let bound = match &bounds {
+                [Some(v), None, None] => Bound::Exactly(metres(v)?),
+                [None, Some(v), None] => Bound::AtLeast(metres(v)?),
+                [None, None, Some(v)] => Bound::AtMost(metres(v)?),
                 _ => {
                     let keys = ["exactly", "at_least", "at_most"];
                     return Err(alternatives(
@@ -225,7 +225,7 @@ fn add(
                     ));
                 }
             };
-            let mut objective = Distance::new(joints, apart);
+            let mut objective = Distance::new(joints, bound);
             if let Some(points) = table.get("points") {
                 let list = points.list("two points, each in its joint's frame, [[x, y, z], [x, y, z]]")?;
                 let [a, b] = &list[..] else {
@@ -411,13 +411,4 @@ fn once<T>(
     }
     let (first, second) = (name_of(rig, joint).to_owned(), name.to_owned());
     Err(value.key_error(ErrorKind::Twice { place: place.to_owned(), first, second }))
-}
-
-/// The joints that a term reads: those whose frames it reads, and those whose own motion it reads.
-pub(crate) fn joints_read(problem: &Problem, term: usize) -> (Vec<JointId>, Vec<JointId>) {
-    problem.terms().get(term).map_or_else(Default::default, |term| {
-        let objective = term.objective();
-        let own = objective.joint_rows().map_or_else(Vec::new, |rows| rows.joints().to_vec());
-        (objective.joints().to_vec(), own)
-    })
 }

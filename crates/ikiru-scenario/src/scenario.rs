@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
 use ikiru_rig::{JointId, Pose, Rig};
 use ikiru_solve::objectives::Gaze;
-use ikiru_solve::{Method, Problem, Report, Search, Solver, SolverOptions, Workspace};
+use ikiru_solve::{Method, Problem, Report, Search, Solver, SolverOptions, TermReads, Workspace};
 use serde_json::Value as Json;
 use toml::de::DeTable;
 
@@ -15,7 +15,7 @@ use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
 use crate::limits::limited;
 use crate::motion::MotionSettings;
-use crate::objective::{ScenarioObjective, TermHandle, add_all, joint_list, joints_read};
+use crate::objective::{ScenarioObjective, TermHandle, add_all, joint_list};
 use crate::start::start;
 use crate::table::{Document, Table, Value};
 use crate::target::{target_json, turn_target};
@@ -342,7 +342,8 @@ fn warn_of_what_nothing_moves(
 ) {
     let moves = |joint: JointId| problem.is_active(joint) && rig.get(joint).is_some_and(|j| j.n_dofs() > 0);
     for (idx, objective) in objectives.iter().enumerate() {
-        let (frames, motions) = joints_read(problem, idx);
+        // What does not fit the rig is told by the solve.
+        let Ok(TermReads { frames, motions, .. }) = problem.reads(&problem.terms()[idx]) else { continue };
         let are_still = !frames.iter().any(|joint| rig.ancestors(*joint).any(moves));
         let still = frames.first().copied().filter(|_| are_still);
         for joint in still.into_iter().chain(motions.into_iter().filter(|joint| !moves(*joint))) {

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{JointId, JointMotion, Rig};
 use ikiru_solve::Problem;
-use ikiru_solve::objectives::{Apart, Gaze, JointAngles, RelativePose};
+use ikiru_solve::objectives::{Bound, Gaze, JointAngles, RelativePose};
 use serde_json::{Map, Value, json};
 
 use crate::axes::Axes;
@@ -36,10 +36,10 @@ pub(crate) fn target_json(
             let RelativePose { position, rotation, .. } = &problem[id];
             json!({ "position": position.map(|p| p.to_array()), "rotation": rotation.map(|q| q.to_array()) })
         }
-        TermHandle::Distance(id) => match problem[id].apart {
-            Apart::Exactly(d) => json!({ "exactly": d }),
-            Apart::AtLeast(d) => json!({ "at_least": d }),
-            Apart::AtMost(d) => json!({ "at_most": d }),
+        TermHandle::Distance(id) => match problem[id].bound {
+            Bound::Exactly(d) => json!({ "exactly": d }),
+            Bound::AtLeast(d) => json!({ "at_least": d }),
+            Bound::AtMost(d) => json!({ "at_most": d }),
         },
         TermHandle::LookAt(id) => match problem[id].gaze {
             Gaze::Point(at) => point(at),

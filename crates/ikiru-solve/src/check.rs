@@ -2,11 +2,12 @@
 
 use ikiru_rig::{JointId, Pose};
 
-use crate::layout::{Layout, TermLayout};
-use crate::objective::Loss;
+use crate::gradient::whole_gradient;
+use crate::layout::Layout;
+use crate::objective::Unfit;
 use crate::problem::Problem;
-use crate::solvers::adam::whole_gradient;
 use crate::state::State;
+use crate::words::Loss;
 
 /// A derivative that does not agree with central differences.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -43,9 +44,26 @@ pub enum CheckError {
         /// What central differences give.
         numeric: f64,
     },
-    /// A term's numbers are wrong.
+    /// What a potential says of its curvature along a direction is less than there is.
+    #[error(
+        "the curvature of the potentials along degree of freedom {dof} of joint {joint:?} is at most {bound}, by central differences it is {numeric}"
+    )]
+    Curvature {
+        /// The joint.
+        joint: JointId,
+        /// Which of the joint's degrees of freedom.
+        dof: usize,
+        /// The bound.
+        bound: f64,
+        /// What central differences give.
+        numeric: f64,
+    },
+    /// A term is not usable.
     #[error("term {0} {1}")]
-    Invalid(usize, &'static str),
+    Invalid(usize, Unfit),
+    /// An objective gave up, and why.
+    #[error("term {0} {1}")]
+    Failed(usize, &'static str),
     /// The pose belongs to another rig.
     #[error("the pose belongs to another rig than the problem")]
     Pose,
@@ -53,6 +71,9 @@ pub enum CheckError {
 
 /// Step of the differences, in radians or metres.
 const STEP: f64 = 1e-5;
+
+/// Step of the differences that measure curvature.
+const WIDE_STEP: f64 = 1e-3;
 
 /// How short a residual may be under a loss that has a kink at 0, for the gradient to be compared too.
 const NEAR_KINK: f64 = 100.0 * STEP;
@@ -65,32 +86,36 @@ const NEAR_KINK: f64 = 100.0 * STEP;
 /// # Errors
 /// The first entry that differs, or what is wrong with the problem.
 pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<(), CheckError> {
-    problem.check().map_err(|(term, reason)| CheckError::Invalid(term, reason))?;
+    let layout = Layout::new(problem).map_err(|(term, unfit)| CheckError::Invalid(term, unfit))?;
     if !pose.rig().is_same(problem.rig()) {
         return Err(CheckError::Pose);
     }
-    let layout = Layout::new(problem);
     let mut state = State::new(&layout);
     state.load(&layout, pose);
-    state.evaluate(&layout, problem);
-    state.linearize(&layout, problem, true);
+    let cost = state.evaluate(&layout, problem);
+    if let Some((term, reason)) = state.memory.failure {
+        return Err(CheckError::Failed(term, reason));
+    }
     let mut gradient = vec![0.0; layout.n_dofs];
     let is_kinked = layout.terms.iter().any(|t| {
         let loss = problem.terms()[t.term].loss;
-        loss == Loss::Norm && t.parts.clone().any(|part| state.squares[part] < NEAR_KINK * NEAR_KINK)
+        let is_short = |part| state.squares[part] < NEAR_KINK * NEAR_KINK;
+        !t.is_hard && loss == Loss::Norm && t.parts.clone().any(is_short)
     });
     if !is_kinked {
         let mut weighted = state.clone();
         weighted.linearize(&layout, problem, false);
-        whole_gradient(&layout, &weighted, &mut gradient);
+        whole_gradient(&layout, &weighted, 0.0, &mut gradient);
     }
+    state.linearize(&layout, problem, true);
     let start = state.coords.clone();
+    let only_potentials = layout.terms.iter().all(|t| t.has_potential && t.parts.is_empty());
     let mut tangent = vec![0.0; layout.n_dofs];
     for mover in &layout.movers {
         for k in 0..mover.n_dofs {
             let dof = mover.dof + k;
-            let mut shifted = |sign: f64| {
-                tangent[dof] = sign * STEP;
+            let mut shifted = |step: f64| {
+                tangent[dof] = step;
                 let mut at = state.clone();
                 // Not `step`: limits must not hold the difference back.
                 let coords = &mut at.coords[mover.coord..mover.coord + mover.n_coords];
@@ -101,37 +126,37 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
                     &tangent[mover.dof..mover.dof + mover.n_dofs],
                 );
                 let cost = at.evaluate(&layout, problem);
-                at.linearize(&layout, problem, true);
                 tangent[dof] = 0.0;
                 (at, cost)
             };
-            let ((ahead, cost_ahead), (behind, cost_behind)) = (shifted(1.0), shifted(-1.0));
+            let ((ahead, cost_ahead), (behind, cost_behind)) = (shifted(STEP), shifted(-STEP));
             let differs = |term, row, exact: f64, numeric: f64| {
                 if (exact - numeric).abs() <= tolerance * (1.0 + exact.abs()) {
                     return Ok(());
                 }
                 Err(CheckError::Differs { term, row, joint: mover.joint, dof: k, exact, numeric })
             };
-            let span = layout.spans[dof];
             for t in &layout.terms {
-                for row in t.rows.clone() {
-                    let inside = (span.first..span.first + span.len).contains(&row);
-                    let exact = if inside { state.jacobian[span.start + row - span.first] } else { 0.0 };
-                    let numeric = (ahead.residual[row] - behind.residual[row]) / (2.0 * STEP);
-                    differs(t.term, row - t.rows.start, exact, numeric)?;
+                for part in &layout.parts[t.parts.clone()] {
+                    for row in 0..part.n_rows {
+                        let exact = state.entry(&layout, t, part, row, dof);
+                        let at = part.row + row;
+                        let numeric = (ahead.residual[at] - behind.residual[at]) / (2.0 * STEP);
+                        differs(t.term, part.slot + row, exact, numeric)?;
+                    }
                 }
-            }
-            // Joint rows are summed up in a gradient: half that of their squares.
-            let squares = |s: &State| {
-                layout.terms.iter().flat_map(TermLayout::joint_parts).map(|part| s.squares[part]).sum::<f64>()
-            };
-            let numeric = (squares(&ahead) - squares(&behind)) / (4.0 * STEP);
-            if let Some(t) = layout.terms.iter().find(|t| !t.joint_reads.is_empty()) {
-                differs(t.term, t.rows.len(), state.joint_gradient[dof], numeric)?;
             }
             let (exact, numeric) = (gradient[dof], (cost_ahead - cost_behind) / (2.0 * STEP));
             if !is_kinked && (exact - numeric).abs() > tolerance * (1.0 + exact.abs()) {
                 return Err(CheckError::Gradient { joint: mover.joint, dof: k, exact, numeric });
+            }
+            if only_potentials {
+                let ((_, ahead), (_, behind)) = (shifted(WIDE_STEP), shifted(-WIDE_STEP));
+                let numeric = (ahead - 2.0 * cost + behind) / (WIDE_STEP * WIDE_STEP);
+                let bound = 2.0 * state.own_curvature[dof];
+                if numeric > bound + 1e-3 * (1.0 + bound.abs()) {
+                    return Err(CheckError::Curvature { joint: mover.joint, dof: k, bound, numeric });
+                }
             }
         }
     }
@@ -139,7 +164,7 @@ pub fn check_jacobian(problem: &Problem, pose: &Pose, tolerance: f64) -> Result<
 }
 
 #[cfg(test)]
-pub(crate) use tests::{check_on_random_rigs, check_on_whole_rigs, residual_at};
+pub(crate) use tests::{check_on_random_rigs, check_on_whole_rigs, residual_at, told_at};
 
 #[cfg(test)]
 mod tests {
@@ -147,16 +172,33 @@ mod tests {
     use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
     use super::*;
-    use crate::objective::{Inputs, Objective, Part, Rows, Scratch, Unit};
+    use crate::layout::{PartLayout, Place, TermLayout};
+    use crate::objective::{Objective, Reads, RowMemory, Rows, View};
     use crate::objectives::Position;
+    use crate::words::Unit;
     use glam::DVec3;
 
-    /// The residual of an objective for given frames.
-    pub(crate) fn residual_at(objective: &dyn Objective, frames: &[Frame<f64>]) -> Vec<f64> {
-        let mut residual = vec![f64::NAN; objective.parts().iter().map(|p| p.n_rows).sum()];
-        let mut scratch = Scratch::default();
-        objective.evaluate(&Inputs { frames }, &mut Rows::new(&mut residual, &mut [], &mut scratch));
-        residual
+    /// The residual of an objective for given frames of the first joints, as many as it reads.
+    pub(crate) fn residual_at(objective: &(impl Objective + Clone), frames: &[Frame<f64>]) -> Vec<f64> {
+        told_at(objective, frames).0
+    }
+
+    /// The same, and what it finds odd.
+    pub(crate) fn told_at(
+        objective: &(impl Objective + Clone),
+        frames: &[Frame<f64>],
+    ) -> (Vec<f64>, Option<&'static str>) {
+        let mut problem = Problem::new(&random_rig(8, 0), []);
+        problem.add(1.0, objective.clone());
+        let layout = Layout::new(&problem).unwrap();
+        let t = &layout.terms[0];
+        let mut residual = vec![f64::NAN; layout.n_all_rows()];
+        let mut memory = RowMemory::default();
+        let view = View { frames, motions: &[], coords: &[] };
+        let parts = &layout.parts[t.parts.clone()];
+        objective.evaluate(&view, &mut Rows::new(&mut residual, t, parts, &mut memory, false));
+        let of_part = |part: &PartLayout| residual[part.row..part.row + part.n_rows].to_vec();
+        (parts.iter().flat_map(of_part).collect(), memory.warning)
     }
 
     /// Checks an objective made for two random joints, on random trees with every joint motion, at many
@@ -195,24 +237,36 @@ mod tests {
     /// Whether an angle that the error is about is within a hundredth of its cut at π, where there is no difference to
     /// compare with.
     fn is_near_cut(problem: &Problem, pose: &Pose, error: &CheckError) -> bool {
-        let layout = Layout::new(problem);
+        let layout = Layout::new(problem).unwrap();
         let mut state = State::new(&layout);
         state.load(&layout, pose);
         state.evaluate(&layout, problem);
-        let is_cut =
-            |part: usize| layout.parts[part].unit == Unit::Radians && state.squares[part].sqrt() > 3.13;
-        match error {
-            CheckError::Differs { row, .. } => layout.terms.iter().any(|t| {
-                let mut first = 0;
-                t.frame_parts().any(|part| {
-                    let rows = first..first + layout.parts[part].n_rows;
-                    first = rows.end;
-                    rows.contains(row) && is_cut(part)
-                })
-            }),
-            CheckError::Gradient { .. } => (0..layout.parts.len()).any(is_cut),
+        state.linearize(&layout, problem, true);
+        let is_cut = |t: &TermLayout, part: &PartLayout, row: usize| {
+            let length = match part.place {
+                Place::Own { first } => {
+                    // The rows of one joint, which are scaled by how many joints there are.
+                    let motion = |row: usize| state.memory.own_motion[first + row];
+                    let of_joint = (0..part.n_rows).filter(|other| motion(*other) == motion(row));
+                    let square: f64 = of_joint.map(|row| state.residual[part.row + row].powi(2)).sum();
+                    (square * t.joint_reads.len() as f64).sqrt()
+                }
+                Place::Step | Place::Force { .. } => {
+                    let rows = &state.residual[part.row..part.row + part.n_rows];
+                    rows.iter().map(|r| r * r).sum::<f64>().sqrt()
+                }
+            };
+            part.unit == Unit::Radians && length > 3.13
+        };
+        let wrong = |slot: usize| match error {
+            CheckError::Differs { row, .. } => *row == slot,
+            CheckError::Gradient { .. } => true,
             _ => false,
-        }
+        };
+        layout.terms.iter().any(|t| {
+            let mut parts = layout.parts[t.parts.clone()].iter();
+            parts.any(|part| (0..part.n_rows).any(|row| wrong(part.slot + row) && is_cut(t, part, row)))
+        })
     }
 
     #[test]
@@ -224,19 +278,16 @@ mod tests {
             fn kind(&self) -> &'static str {
                 "lies"
             }
-            fn joints(&self) -> &[JointId] {
-                self.0.joints()
+            fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+                self.0.reads(reads)
             }
-            fn parts(&self) -> &[Part] {
-                self.0.parts()
-            }
-            fn check(&self) -> Result<(), &'static str> {
+            fn check(&self) -> Result<(), Unfit> {
                 Ok(())
             }
-            fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
-                self.0.evaluate(inputs, rows);
+            fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+                self.0.evaluate(view, rows);
                 if rows.wants_jacobian() {
-                    rows.derivative(0, 1)[1] *= 1.001;
+                    rows.by_frame(1, 0)[1] *= 1.001;
                 }
             }
         }

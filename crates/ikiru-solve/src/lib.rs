@@ -9,6 +9,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod check;
+mod gradient;
 mod layout;
 mod motion;
 mod objective;
@@ -20,6 +21,7 @@ mod solver;
 mod solvers;
 mod state;
 mod term;
+mod words;
 
 pub mod objectives;
 
@@ -28,12 +30,15 @@ pub use motion::{
     MotionError, MotionProblem, MotionReport, MotionTermReport, MotionWorkspace, PlannedMotion, TargetPath,
     TargetPathError, Timeline, TimelineError, When,
 };
-pub use objective::{Inputs, JointRows, Loss, MOST_PARTS, Objective, Part, Reach, Rows, Unit};
+pub use objective::{
+    JointCoords, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Rows, TermReads, Unfit, View,
+};
 pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub use problem::Problem;
 pub use report::{
     ActiveLimit, Invalid, LimitKind, Obstacle, PartReport, PartReports, Report, StopReason, TermReport,
 };
-pub use residual::{MOST_ROWS, Residual};
+pub use residual::Residual;
 pub use solver::{Solver, Workspace};
 pub use term::{Term, TermId, Tolerance};
+pub use words::{Loss, Sense, Unit};

@@ -4,9 +4,9 @@ use std::ops::{Index, IndexMut};
 
 use ikiru_rig::{JointId, Rig, ShapeDifference};
 
-use crate::layout::joints_read;
-use crate::objective::{MOST_PARTS, Objective};
-use crate::term::{AnyObjective, Term, TermId};
+use crate::layout::{Signature, check_objective};
+use crate::objective::{Objective, TermReads, Unfit};
+use crate::term::{AnyObjective, Term, TermId, Tolerance};
 
 /// The joints that may move and the terms of the cost `J = Σ λ · ρ(r)` (the paper's equations 6 and 19).
 ///
@@ -107,6 +107,14 @@ impl Problem {
         TermId::new(key)
     }
 
+    /// Adds an objective as a constraint: [hard](Term::hard), within [`Tolerance::HARD`].
+    pub fn add_hard<T: Objective + Clone>(&mut self, objective: T) -> TermId<T> {
+        let id = self.add(1.0, objective);
+        let term = self.term_mut(id);
+        (term.hard, term.tolerance) = (true, Tolerance::HARD);
+        id
+    }
+
     /// Takes a term out for good; `None` where it is gone already. To do without it for a while, switch it
     /// [off](Term::is_on): nothing is then laid out anew.
     pub fn remove<T: Objective + Clone>(&mut self, id: TermId<T>) -> Option<T> {
@@ -130,6 +138,16 @@ impl Problem {
             return Some(at);
         }
         self.terms.binary_search_by_key(&id.key, |term| term.key).ok()
+    }
+
+    /// What a term reads, and the rows that it may open.
+    ///
+    /// # Errors
+    /// What does not fit the rig, or is not usable otherwise.
+    pub fn reads(&self, term: &Term) -> Result<TermReads, Unfit> {
+        let mut reads = TermReads::default();
+        check_objective(&self.rig, term.objective(), &mut reads)?;
+        Ok(reads)
     }
 
     /// The objective of a term; `None` where the id is of another problem and does not fit.
@@ -185,40 +203,10 @@ impl Problem {
         &self.active
     }
 
-    /// The first term whose numbers are wrong, and what is wrong.
-    pub(crate) fn check(&self) -> Result<(), (usize, &'static str)> {
-        for (idx, term) in self.terms.iter().enumerate() {
-            term.check().map_err(|reason| (idx, reason))?;
-            let objective = term.objective();
-            let n_joints = self.rig.n_joints();
-            let own = joints_read(objective);
-            if objective.joints().iter().chain(own).any(|j| j.index() >= n_joints) {
-                return Err((idx, "names a joint that the rig does not have"));
-            }
-            let follows = |joint: &JointId| self.rig.get(*joint).is_some_and(|data| data.mimic.is_some());
-            if own.iter().any(follows) {
-                return Err((idx, "reads the motion of a joint that follows another: name its leader"));
-            }
-            check_objective(&self.rig, objective).map_err(|reason| (idx, reason))?;
-        }
-        Ok(())
+    /// The first term that is not usable, and why.
+    pub(crate) fn check(&self) -> Result<(), (usize, Unfit)> {
+        Signature::default().check(self).map(|_| ())
     }
-}
-
-/// Whether an objective's numbers are usable, and fit the rig.
-pub(crate) fn check_objective(rig: &Rig, objective: &dyn Objective) -> Result<(), &'static str> {
-    objective.check()?;
-    let n_joint_parts = match objective.joint_rows() {
-        Some(rows) => {
-            rows.check(rig)?;
-            2
-        }
-        None => 0,
-    };
-    if objective.parts().len() + n_joint_parts > MOST_PARTS {
-        return Err("has more parts than reports have room for: at most 4, its joint rows count for 2");
-    }
-    Ok(())
 }
 
 impl<T: Objective> Index<TermId<T>> for Problem {

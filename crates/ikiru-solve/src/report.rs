@@ -5,7 +5,8 @@ use std::ops::{Deref, DerefMut};
 
 use ikiru_rig::{JointId, JointMotion};
 
-use crate::objective::{MOST_PARTS, Unit};
+use crate::objective::{MOST_PARTS, Unfit};
+use crate::words::Unit;
 
 /// Why a solve ended. Not converging is a result, and the best pose found always comes back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +23,8 @@ pub enum StopReason {
     NoProgress,
     /// Something in the problem or pose is not usable; the pose was not touched.
     InvalidInput,
+    /// An objective gave up in mid-solve; the best pose up to then came back, and `invalid` names the objective.
+    ObjectiveFailed,
 }
 
 impl StopReason {
@@ -35,15 +38,21 @@ impl StopReason {
             Self::TimeBudget => "time_budget",
             Self::NoProgress => "no_progress",
             Self::InvalidInput => "invalid_input",
+            Self::ObjectiveFailed => "objective_failed",
         }
+    }
+
+    /// Whether no further start may follow.
+    pub(crate) fn is_final(self) -> bool {
+        matches!(self, Self::TimeBudget | Self::ObjectiveFailed)
     }
 }
 
 /// What is not usable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Invalid {
-    /// A term, and what is wrong with it: a text that ends the sentence "the objective …".
-    Term(usize, &'static str),
+    /// A term, and what is not usable about it.
+    Term(usize, Unfit),
     /// The pose, and what is wrong with it.
     Pose(&'static str),
     /// The solver's options, and what is wrong with them.
@@ -122,8 +131,10 @@ pub struct TermReport {
     pub cost: f64,
     /// Whether every part is within its tolerance.
     pub satisfied: bool,
-    /// Whether success asks for it; never where the weight is 0.
+    /// Whether success asks for it; never where the weight is 0, always where it is hard.
     pub mandatory: bool,
+    /// Whether it is a constraint: it adds nothing to the cost.
+    pub hard: bool,
     /// Something odd that did not stop the solve.
     pub warning: Option<&'static str>,
 }
@@ -192,7 +203,7 @@ pub struct Report<'a> {
     pub limits: &'a [ActiveLimit],
     /// Where the bar was not met: the worst unmet term and what is in its way.
     pub obstacle: Option<(usize, Obstacle)>,
-    /// What was not usable, where `stop` is [`StopReason::InvalidInput`].
+    /// What was not usable, where `stop` is [`StopReason::InvalidInput`] or [`StopReason::ObjectiveFailed`].
     pub invalid: Option<Invalid>,
 }
 

@@ -4,7 +4,8 @@ use std::fmt::Debug;
 
 use ikiru_rig::{Dual, Frame, JointId, Rotation, Scalar, Vec3};
 
-use crate::objective::{Inputs, Objective, Part, Rows, Unit};
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
+use crate::words::{Sense, Unit};
 
 /// An objective of your own, differentiated automatically and exactly.
 ///
@@ -51,11 +52,16 @@ pub trait Residual: Debug + Send + Sync + 'static {
         Unit::Metres
     }
 
+    /// What each row wants: to be 0 unless said otherwise.
+    fn sense(&self) -> Sense {
+        Sense::Equal
+    }
+
     /// What is wrong with its numbers; nothing unless said otherwise.
     ///
     /// # Errors
-    /// A short text that ends the sentence "the objective …".
-    fn check(&self) -> Result<(), &'static str> {
+    /// What is not usable, as in `Err("has a width that is not finite".into())`.
+    fn check(&self) -> Result<(), Unfit> {
         Ok(())
     }
 
@@ -70,46 +76,17 @@ pub trait Residual: Debug + Send + Sync + 'static {
     }
 }
 
-/// Part lists for residuals of up to [`MOST_ROWS`] rows, so that [`Objective::parts`] can hand out a slice.
-macro_rules! parts_of {
-    ($unit:expr) => {{
-        static PARTS: [Part; MOST_ROWS + 1] = {
-            let mut parts = [Part { n_rows: 0, unit: $unit }; MOST_ROWS + 1];
-            let mut n_rows = 0;
-            while n_rows <= MOST_ROWS {
-                parts[n_rows].n_rows = n_rows;
-                n_rows += 1;
-            }
-            parts
-        };
-        &PARTS
-    }};
-}
-
-/// The most rows that one custom residual may have; more are refused when a solve starts.
-pub const MOST_ROWS: usize = 1024;
-
 impl<R: Residual> Objective for R {
     fn kind(&self) -> &'static str {
         Residual::kind(self)
     }
 
-    fn joints(&self) -> &[JointId] {
-        Residual::joints(self)
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frames(self.joints())?;
+        reads.part(Part { sense: self.sense(), ..Part::new(self.n_rows(), self.unit()) })
     }
 
-    fn parts(&self) -> &[Part] {
-        let parts: &'static [Part; MOST_ROWS + 1] = match self.unit() {
-            Unit::Metres => parts_of!(Unit::Metres),
-            Unit::Radians => parts_of!(Unit::Radians),
-        };
-        std::slice::from_ref(&parts[self.n_rows().min(MOST_ROWS)])
-    }
-
-    fn check(&self) -> Result<(), &'static str> {
-        if self.n_rows() > MOST_ROWS {
-            return Err("has more than 1024 rows");
-        }
+    fn check(&self) -> Result<(), Unfit> {
         Residual::check(self)
     }
 
@@ -117,26 +94,25 @@ impl<R: Residual> Objective for R {
         Residual::mandatory(self)
     }
 
-    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
-        Residual::evaluate(self, inputs.frames, rows.residual);
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        Residual::evaluate(self, view.frames(), rows.open_all(0));
         if !rows.wants_jacobian() {
             return;
         }
-        let mut scratch = std::mem::take(rows.scratch);
-        let n_rows = rows.residual.len();
+        let mut scratch = std::mem::take(rows.scratch());
         scratch.frames.clear();
-        scratch.frames.extend(inputs.frames.iter().map(Frame::constant));
-        for (idx, frame) in inputs.frames.iter().enumerate() {
+        scratch.frames.extend(view.frames().iter().map(Frame::constant));
+        for (idx, frame) in view.frames().iter().enumerate() {
             scratch.frames[idx] = seeded(frame);
             scratch.residual.clear();
-            scratch.residual.resize(n_rows, Dual::from(0.0));
+            scratch.residual.resize(self.n_rows(), Dual::from(0.0));
             Residual::evaluate(self, &scratch.frames, &mut scratch.residual);
             for (row, value) in scratch.residual.iter().enumerate() {
-                rows.derivative(idx, row).copy_from_slice(&value.derivatives);
+                rows.by_frame(row, idx).copy_from_slice(&value.derivatives);
             }
             scratch.frames[idx] = Frame::constant(frame);
         }
-        *rows.scratch = scratch;
+        *rows.scratch() = scratch;
     }
 }
 

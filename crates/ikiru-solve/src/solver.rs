@@ -2,15 +2,15 @@
 
 use ikiru_rig::Pose;
 
-use crate::layout::{Layout, joints_read};
-use crate::objective::Inputs;
+use crate::gradient::whole_gradient;
+use crate::layout::Layout;
+use crate::objective::Unfit;
 use crate::options::{Method, SolverOptions};
 use crate::problem::Problem;
 use crate::report::{
     ActiveLimit, Invalid, LimitKind, Obstacle, PartReport, PartReports, Report, StopReason, Summary,
     TermReport,
 };
-use crate::solvers::adam::whole_gradient;
 use crate::solvers::search::{Budget, Outcome, Searcher};
 use crate::state::State;
 use crate::term::Term;
@@ -35,11 +35,12 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    fn fit(&mut self, problem: &Problem) {
-        if self.layout.fits(problem) {
-            return;
+    /// Checks a problem, and lays it out if it is another one than before.
+    fn fit(&mut self, problem: &Problem) -> Result<(), (usize, Unfit)> {
+        if self.layout.signature.check(problem)? {
+            return Ok(());
         }
-        let layout = Layout::new(problem);
+        let layout = Layout::new(problem)?;
         self.state = State::new(&layout);
         self.searcher = Searcher::new(&layout);
         self.terms = Vec::with_capacity(layout.terms.len());
@@ -47,6 +48,7 @@ impl Workspace {
         self.gradient = vec![0.0; layout.n_dofs];
         self.worst_gradient = vec![0.0; layout.n_dofs];
         self.layout = layout;
+        Ok(())
     }
 }
 
@@ -67,9 +69,8 @@ impl Solver {
     #[must_use]
     pub fn workspace(&self, problem: &Problem) -> Workspace {
         let mut workspace = Workspace::default();
-        if problem.check().is_ok() {
-            workspace.fit(problem);
-        }
+        // What is wrong with a problem is told by the solve.
+        let _ = workspace.fit(problem);
         workspace
     }
 
@@ -81,11 +82,9 @@ impl Solver {
     pub fn solve<'w>(&self, problem: &Problem, pose: &mut Pose, workspace: &'w mut Workspace) -> Report<'w> {
         workspace.terms.clear();
         workspace.limits.clear();
-        let summary = match self.check(problem, pose) {
-            Ok(()) => {
-                workspace.fit(problem);
-                self.solve_valid(problem, pose, workspace)
-            }
+        let fit = workspace.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit));
+        let summary = match fit.and_then(|()| self.check(problem, pose)) {
+            Ok(()) => self.solve_valid(problem, pose, workspace),
             Err(invalid) => Summary::invalid(invalid),
         };
         summary.report(&workspace.terms, &workspace.limits)
@@ -93,7 +92,12 @@ impl Solver {
 
     fn check(&self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
         self.options.check().map_err(Invalid::Options)?;
-        problem.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
+        let knows_hard = !matches!(self.options.method, Method::Ccd | Method::Fabrik);
+        if let Some(term) = problem.terms().iter().position(|t| t.is_on && t.hard).filter(|_| !knows_hard) {
+            let reason =
+                "is hard, which the methods ccd and fabrik do not know: use lm, or a wish of some weight";
+            return Err(Invalid::Term(term, reason.into()));
+        }
         let reaches = |t: &Term| t.is_on && t.weight > 0.0 && t.objective.reach().is_some();
         if self.options.method == Method::Fabrik && !problem.terms().iter().any(reaches) {
             return Err(Invalid::Options(
@@ -113,8 +117,12 @@ impl Solver {
             return Summary::invalid(Invalid::Pose(reason));
         }
         let start_projected = w.state.project(&w.layout);
-        let cost = w.state.evaluate(&w.layout, problem);
-        if !cost.is_finite() {
+        w.state.memory.failure = None;
+        let cost = w.state.differentiate(&w.layout, problem);
+        if let Some((term, reason)) = w.state.memory.failure {
+            return Summary::invalid(Invalid::Term(term, reason.into()));
+        }
+        if !(cost + w.state.violation).is_finite() {
             return Summary::invalid(invalid_term(&w.layout, &w.state));
         }
         let (outcome, restarts) =
@@ -132,13 +140,15 @@ impl Solver {
         start_projected: bool,
         iterations: usize,
     ) -> Summary {
+        let failure = w.state.memory.failure.take();
         let cost = if outcome.is_evaluated { outcome.cost } else { w.state.evaluate(&w.layout, problem) };
         report_terms(&w.layout, problem, &mut w.state, &mut w.terms);
         let success = match self.options.cost_below {
-            Some(bar) => cost < bar,
+            Some(bar) => cost < bar && w.terms.iter().all(|t| t.satisfied || !t.hard),
             None => w.terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
         let stop = match outcome.stop {
+            StopReason::ObjectiveFailed => StopReason::ObjectiveFailed,
             _ if success => StopReason::Reached,
             // The cost is as good as nothing, and yet a term of next to no weight is not met.
             StopReason::Reached => StopReason::Converged,
@@ -150,14 +160,15 @@ impl Solver {
             w.limits.clear();
         } else {
             w.state.linearize(&w.layout, problem, false);
-            whole_gradient(&w.layout, &w.state, &mut w.gradient);
+            whole_gradient(&w.layout, &w.state, 0.0, &mut w.gradient);
             push_limits(&w.layout, &w.state, &w.gradient, &mut w.limits);
             w.limits.sort_unstable_by(|a, b| b.multiplier.total_cmp(&a.multiplier));
             if !success {
                 obstacle = find_obstacle(problem, w);
             }
         }
-        Summary { success, stop, cost, iterations, restarts, start_projected, obstacle, invalid: None }
+        let invalid = failure.map(|(term, reason)| Invalid::Term(term, reason.into()));
+        Summary { success, stop, cost, iterations, restarts, start_projected, obstacle, invalid }
     }
 }
 
@@ -165,40 +176,48 @@ impl Solver {
 fn invalid_term(layout: &Layout, state: &State) -> Invalid {
     let bad = layout.terms.iter().find(|t| t.parts.clone().any(|p| !state.squares[p].is_finite()));
     match bad {
-        Some(t) => Invalid::Term(t.term, "gives a residual that is not finite"),
+        Some(t) => Invalid::Term(t.term, "gives a residual that is not finite".into()),
         None => Invalid::Pose("gives a cost that is not finite"),
     }
 }
 
 fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &mut Vec<TermReport>) {
+    // Whether something is odd now is asked only where something was.
+    let has_warned = state.memory.warning.take().is_some();
     for t in &layout.terms {
         let term = &problem.terms()[t.term];
         let objective = &term.objective;
         let loss = term.loss;
-        if !term.is_on {
-            state.measure(layout, &**objective, t);
+        let mut warning = None;
+        if !term.is_on || has_warned {
+            state.memory.warning = None;
+            state.measure::<false>(layout, &**objective, t);
+            warning = state.memory.warning;
         }
-        let (mut first, mut others) = (PartReport::ZERO, PartReports::NONE);
+        let (mut first, mut others) = (None, PartReports::NONE);
         let mut cost = 0.0;
         let mut satisfied = true;
-        for part in t.parts.clone() {
+        let costs = term.is_on && !term.hard;
+        for part in layout.reported_parts(t) {
             let (square, unit) = (state.squares[part], layout.parts[part].unit);
             let length = PartReport { residual: square.sqrt(), unit };
-            if term.is_on {
+            if costs {
                 cost += term.weight * loss.cost(square);
             }
             satisfied &= length.residual <= term.tolerance.of(unit);
-            if part == t.parts.start {
-                first = length;
+            if first.is_none() {
+                first = Some(length);
             } else {
                 others.push(length);
             }
         }
-        let warning =
-            if t.nodes.is_empty() { None } else { objective.warning(&Inputs { frames: state.frames_of(t) }) };
+        if costs && t.has_potential {
+            cost += term.weight * state.values[t.term];
+        }
+        let first = first.unwrap_or(PartReport::ZERO);
         terms.push(TermReport {
             kind: objective.kind(),
-            joint: objective.joints().first().or(joints_read(&**objective).first()).copied(),
+            joint: t.joint,
             weight: term.weight,
             residual: first.residual,
             unit: first.unit,
@@ -206,6 +225,7 @@ fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &m
             cost,
             satisfied,
             mandatory: term.counts(),
+            hard: term.hard,
             warning,
         });
     }
@@ -320,7 +340,7 @@ mod tests {
                 let mut pose = random_pose(&rig, &mut random);
                 let iterations = solver.solve(&problem, &mut pose, &mut workspace).iterations;
                 let seen = workspace.state.seen.take().unwrap();
-                assert!(seen.len() > iterations);
+                assert!(seen.len() > iterations, "{}, {case}: {} {iterations}", method.name(), seen.len());
                 n_seen += seen.len();
                 for coords in seen {
                     workspace.state.coords.copy_from_slice(&coords);

@@ -3,7 +3,8 @@
 use std::any::Any;
 use std::marker::PhantomData;
 
-use crate::objective::{Loss, Objective, Unit};
+use crate::objective::{Objective, Unfit};
+use crate::words::{Loss, Unit};
 
 /// One objective inside a problem, and how it counts there.
 #[derive(Clone, Debug)]
@@ -16,6 +17,9 @@ pub struct Term {
     pub tolerance: Tolerance,
     /// Whether success asks for it; by default as the objective says.
     pub mandatory: bool,
+    /// Whether it is a constraint: its rows hold at the end of a solve within its tolerance, whatever that costs, or the
+    /// report names it. Weight and loss then say nothing, and it adds nothing to the cost.
+    pub hard: bool,
     /// Whether it takes part. One that does not costs nothing, pulls at nothing and never counts for success; its
     /// residual is reported all the same.
     pub is_on: bool,
@@ -31,6 +35,7 @@ impl Term {
             loss: Loss::default(),
             tolerance: Tolerance::default(),
             mandatory: objective.mandatory(),
+            hard: false,
             is_on: true,
             key,
             objective: Box::new(objective),
@@ -45,19 +50,19 @@ impl Term {
 
     /// Whether success asks for it.
     pub(crate) fn counts(&self) -> bool {
-        self.mandatory && self.is_on && self.weight > 0.0
+        self.is_on && (self.hard || (self.mandatory && self.weight > 0.0))
     }
 
     /// What is wrong with its own numbers.
-    pub(crate) fn check(&self) -> Result<(), &'static str> {
+    pub(crate) fn check(&self) -> Result<(), Unfit> {
         if !(self.weight.is_finite() && self.weight >= 0.0) {
-            return Err("has a weight that is not a finite number of at least 0");
+            return Err("has a weight that is not a finite number of at least 0".into());
         }
         if !self.tolerance.is_valid() {
-            return Err("has a tolerance that is not a number of at least 0");
+            return Err("has a tolerance that is not a number of at least 0".into());
         }
         if !self.loss.is_valid() {
-            return Err("has a Huber loss whose width is not finite and positive");
+            return Err("has a Huber loss whose width is not finite and positive".into());
         }
         Ok(())
     }
@@ -79,6 +84,9 @@ impl Default for Tolerance {
 }
 
 impl Tolerance {
+    /// What hard terms hold to: 0.1 mm and 0.01°.
+    pub const HARD: Self = Self { metres: 1e-4, radians: 0.01 * std::f64::consts::PI / 180.0 };
+
     pub(crate) fn of(&self, unit: Unit) -> f64 {
         match unit {
             Unit::Metres => self.metres,

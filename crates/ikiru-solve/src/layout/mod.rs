@@ -7,18 +7,24 @@ use std::ops::Range;
 
 use ikiru_rig::{JointId, JointMotion, Rig};
 
-use crate::objective::{Objective, Unit};
+use crate::objective::{TermReads, Unfit};
 use crate::problem::Problem;
+use crate::words::Sense;
 
+mod parts;
 mod signature;
 
-use signature::Signature;
+pub(crate) use parts::{JointRead, PartLayout, Place, Run, TermLayout};
+pub(crate) use signature::{Signature, check_objective};
 
 /// No parent in the reduced tree.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Up to here, loops over rows of a known number beat leaving out the rows that a joint cannot move.
 const MOST_DENSE_ROWS: usize = 12;
+
+/// Up to so many frames of one term, walking from each to its root beats one pass over the whole tree.
+const MOST_WALKED: usize = 3;
 
 /// So many times as many rows as degrees of freedom make it cheaper to solve over the latter.
 const TALL: usize = 2;
@@ -60,56 +66,6 @@ impl Mover {
     }
 }
 
-/// A joint whose own motion a term reads.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct JointRead {
-    pub(crate) motion: JointMotion,
-    pub(crate) coord: usize,
-    pub(crate) n_coords: usize,
-    pub(crate) n_rows: usize,
-    /// How many of the rows, the first ones, are translations.
-    pub(crate) n_translations: usize,
-    /// Where its degrees of freedom lie; `None` for a joint that does not move.
-    pub(crate) dof: Option<usize>,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PartLayout {
-    pub(crate) n_rows: usize,
-    pub(crate) unit: Unit,
-}
-
-/// Where a term's rows, frames and parts lie.
-#[derive(Clone, Debug)]
-pub(crate) struct TermLayout {
-    pub(crate) term: usize,
-    /// Nodes whose frames it reads.
-    pub(crate) nodes: Vec<u32>,
-    /// Its rows that come from frames.
-    pub(crate) rows: Range<usize>,
-    /// Its parts: those of its frames, then those of its joint rows.
-    pub(crate) parts: Range<usize>,
-    pub(crate) n_frame_parts: usize,
-    pub(crate) joint_reads: Vec<JointRead>,
-    /// Whether nothing that moves is read: it costs the same at every pose of a solve.
-    pub(crate) is_constant: bool,
-    /// The parts of its joint rows that turn, and of those that slide; where there are none, the part is not used.
-    pub(crate) turn_part: usize,
-    pub(crate) slide_part: usize,
-}
-
-impl TermLayout {
-    /// The parts that are computed from frames.
-    pub(crate) fn frame_parts(&self) -> Range<usize> {
-        self.parts.start..self.parts.start + self.n_frame_parts
-    }
-
-    /// The parts that are computed from joints' own motions.
-    pub(crate) fn joint_parts(&self) -> Range<usize> {
-        self.parts.start + self.n_frame_parts..self.parts.end
-    }
-}
-
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layout {
     pub(crate) nodes: Vec<Node>,
@@ -135,14 +91,22 @@ pub(crate) struct Layout {
     pub(crate) n_coords: usize,
     pub(crate) n_dofs: usize,
     pub(crate) n_screws: usize,
+    /// Rows of the step; then come those with a force, then the separable ones.
     pub(crate) n_rows: usize,
+    pub(crate) n_force_rows: usize,
+    pub(crate) n_own_rows: usize,
+    /// How many entries there are in the derivatives of all terms by what they read.
+    pub(crate) n_by_frame: usize,
+    pub(crate) n_by_motion: usize,
+    pub(crate) n_slope: usize,
     pub(crate) n_jacobian: usize,
     /// How many rows there are (3, 6, 9 or 12, the last ones empty) where they are so few that all are kept
     /// for every degree of freedom.
     pub(crate) dense_rows: Option<usize>,
     /// Whether steps are solved for over degrees of freedom, since there are so many more rows.
     pub(crate) is_tall: bool,
-    pub(crate) has_joint_rows: bool,
+    /// Whether there is gradient or curvature beside rows.
+    pub(crate) has_own: bool,
     pub(crate) has_cones: bool,
     pub(crate) signature: Signature,
 }
@@ -156,26 +120,27 @@ pub(crate) struct Span {
 }
 
 impl Layout {
-    /// Whether it still fits the problem. Does not allocate.
-    pub(crate) fn fits(&self, problem: &Problem) -> bool {
-        self.signature.fits(problem)
-    }
-
-    /// Lays out a problem whose joint ids are all valid.
-    pub(crate) fn new(problem: &Problem) -> Self {
+    /// Lays out a problem.
+    ///
+    /// # Errors
+    /// The first term that is not usable, and why.
+    pub(crate) fn new(problem: &Problem) -> Result<Self, (usize, Unfit)> {
         Self::with(problem, &[])
     }
 
     /// The same where some joints matter that no term reads.
-    pub(crate) fn with(problem: &Problem, others: &[JointId]) -> Self {
+    pub(crate) fn with(problem: &Problem, others: &[JointId]) -> Result<Self, (usize, Unfit)> {
         let rig = problem.rig();
-        let mut layout = Self { signature: Signature::of(problem), ..Self::default() };
+        let signature = Signature::of(problem)?;
+        let reads: Vec<&TermReads> = signature.terms.iter().map(|(reads, _)| reads).collect();
+        let mut layout = Self::default();
         let order = depth_first(rig);
-        let moves = layout.place_movers(problem, others, &order);
-        let node_of = layout.place_nodes(problem, &order, &moves);
-        layout.place_terms(problem, &node_of);
+        let moves = layout.place_movers(problem, &reads, others, &order);
+        let node_of = layout.place_nodes(rig, &reads, &order, &moves);
+        layout.place_terms(rig, &signature, &node_of);
         layout.place_rows();
-        layout
+        layout.signature = signature;
+        Ok(layout)
     }
 
     /// Decides which joints move, and lays out their coordinates. The answer holds, for each joint, the mover that
@@ -183,6 +148,7 @@ impl Layout {
     fn place_movers(
         &mut self,
         problem: &Problem,
+        reads: &[&TermReads],
         others: &[JointId],
         order: &[JointId],
     ) -> Vec<Option<usize>> {
@@ -190,12 +156,10 @@ impl Layout {
         // A joint matters if a frame below it is read, or its own motion is, or a follower of it matters.
         let mut matters = vec![false; rig.n_joints()];
         others.iter().for_each(|joint| matters[joint.index()] = true);
-        for term in problem.terms() {
-            for joint in term.objective.joints() {
-                for ancestor in rig.ancestors(*joint) {
-                    if std::mem::replace(&mut matters[ancestor.index()], true) {
-                        break;
-                    }
+        for joint in reads.iter().flat_map(|reads| &reads.frames) {
+            for ancestor in rig.ancestors(*joint) {
+                if std::mem::replace(&mut matters[ancestor.index()], true) {
+                    break;
                 }
             }
         }
@@ -206,7 +170,7 @@ impl Layout {
                 matters[mimic.leader.index()] = true;
             }
         }
-        for joint in problem.terms().iter().flat_map(|t| joints_read(&*t.objective)) {
+        for joint in reads.iter().flat_map(|reads| &reads.motions) {
             matters[joint.index()] = true;
         }
         self.is_flat = true;
@@ -247,11 +211,16 @@ impl Layout {
     }
 
     /// Builds the reduced tree: every joint above a frame that is read, and that moves or is read itself.
-    fn place_nodes(&mut self, problem: &Problem, order: &[JointId], driver: &[Option<usize>]) -> Vec<u32> {
-        let rig = problem.rig();
+    fn place_nodes(
+        &mut self,
+        rig: &Rig,
+        reads: &[&TermReads],
+        order: &[JointId],
+        driver: &[Option<usize>],
+    ) -> Vec<u32> {
         let mut read = vec![false; rig.n_joints()];
         let mut above = vec![false; rig.n_joints()];
-        for joint in problem.terms().iter().flat_map(|t| t.objective.joints()) {
+        for joint in reads.iter().flat_map(|reads| &reads.frames) {
             read[joint.index()] = true;
             for ancestor in rig.ancestors(*joint) {
                 if std::mem::replace(&mut above[ancestor.index()], true) {
@@ -301,20 +270,16 @@ impl Layout {
         node_of
     }
 
-    fn place_terms(&mut self, problem: &Problem, node_of: &[u32]) {
-        let rig = problem.rig();
+    fn place_terms(&mut self, rig: &Rig, signature: &Signature, node_of: &[u32]) {
         let mut n_coords = self.n_coords;
-        for (idx, term) in problem.terms().iter().enumerate() {
-            let objective = &term.objective;
-            let first_part = self.parts.len();
-            self.parts
-                .extend(objective.parts().iter().map(|p| PartLayout { n_rows: p.n_rows, unit: p.unit }));
-            let n_frame_parts = objective.parts().len();
-            let joint_reads: Vec<JointRead> = joints_read(&**objective)
+        for (idx, (reads, is_hard)) in signature.terms.iter().enumerate() {
+            let mut n_motion_dofs = 0;
+            let joint_reads: Vec<JointRead> = reads
+                .motions
                 .iter()
                 .map(|&joint| {
                     let data = &rig.joints()[joint.index()];
-                    let (n_coords_of, n_rows) = (data.n_coords(), data.n_dofs());
+                    let (n_coords_of, n_dofs) = (data.n_coords(), data.n_dofs());
                     let mover = self.movers.iter().find(|m| m.joint == joint);
                     let coord = mover.map_or_else(
                         || {
@@ -325,38 +290,53 @@ impl Layout {
                         |m| m.coord,
                     );
                     let dof = mover.map(|m| m.dof);
-                    let n_translations = n_translations(&data.motion);
-                    JointRead {
-                        motion: data.motion,
-                        coord,
-                        n_coords: n_coords_of,
-                        n_rows,
-                        n_translations,
-                        dof,
-                    }
+                    let at = n_motion_dofs;
+                    n_motion_dofs += n_dofs;
+                    JointRead { motion: data.motion, coord, n_coords: n_coords_of, n_dofs, at, dof }
                 })
                 .collect();
-            let n_sliding = joint_reads.iter().map(|r| r.n_translations).sum();
-            let n_turning = joint_reads.iter().map(|r| r.n_rows).sum::<usize>() - n_sliding;
-            let turn_part = self.parts.len();
-            if n_turning > 0 {
-                self.parts.push(PartLayout { n_rows: n_turning, unit: Unit::Radians });
+            let (first_part, first_own) = (self.parts.len(), self.n_own_rows);
+            let mut slot = 0;
+            for part in &reads.parts {
+                let place = if *is_hard || part.sense == Sense::AtLeast {
+                    self.n_force_rows += part.most_rows;
+                    Place::Force { first: self.n_force_rows - part.most_rows }
+                } else if part.is_separable {
+                    self.n_own_rows += part.most_rows;
+                    Place::Own { first: self.n_own_rows - part.most_rows }
+                } else {
+                    Place::Step
+                };
+                let (n_rows, unit, sense) = (part.most_rows, part.unit, part.sense);
+                self.parts.push(PartLayout { n_rows, unit, sense, place, row: 0, slot });
+                slot += n_rows;
             }
-            let slide_part = self.parts.len();
-            if n_sliding > 0 {
-                self.parts.push(PartLayout { n_rows: n_sliding, unit: Unit::Metres });
-            }
-            self.has_joint_rows |= !joint_reads.is_empty();
+            let has_own = self.n_own_rows > first_own || reads.has_potential;
+            self.has_own |= has_own;
+            let is_own = |part: &PartLayout| matches!(part.place, Place::Own { .. });
+            let couples = !self.parts[first_part..].iter().all(is_own);
+            let next = |n: &mut usize, more: usize| {
+                *n += more;
+                *n - more..*n
+            };
             self.terms.push(TermLayout {
                 term: idx,
-                nodes: objective.joints().iter().map(|j| node_of[j.index()]).collect(),
-                rows: 0..objective.parts().iter().map(|p| p.n_rows).sum(),
+                nodes: reads.frames.iter().map(|j| node_of[j.index()]).collect(),
+                rows: 0..0,
                 parts: first_part..self.parts.len(),
-                n_frame_parts,
+                n_slots: slot,
+                runs: Vec::new(),
+                n_motion_dofs,
+                by_frame: next(&mut self.n_by_frame, reads.frames.len() * slot * 6),
+                by_motion: next(&mut self.n_by_motion, if couples { slot * n_motion_dofs } else { 0 }),
+                slope: next(&mut self.n_slope, if reads.has_potential { n_motion_dofs } else { 0 }),
                 joint_reads,
+                own_rows: first_own..self.n_own_rows,
+                has_potential: reads.has_potential,
+                is_hard: *is_hard,
                 is_constant: false,
-                turn_part,
-                slide_part,
+                sums_up: reads.frames.len() > MOST_WALKED,
+                joint: reads.frames.first().or(reads.motions.first()).copied(),
             });
         }
     }
@@ -377,21 +357,32 @@ impl Layout {
             (!term.is_constant, term.nodes.first().copied().unwrap_or(NONE))
         });
         for t in by_tree {
-            let n_rows = self.terms[t].rows.len();
-            self.terms[t].rows = self.n_rows..self.n_rows + n_rows;
-            self.n_rows += n_rows;
+            let first = self.n_rows;
+            for part in &mut self.parts[self.terms[t].parts.clone()] {
+                if part.place == Place::Step {
+                    part.row = self.n_rows;
+                    self.n_rows += part.n_rows;
+                }
+            }
+            self.terms[t].rows = first..self.n_rows;
         }
         let mut ends = vec![(usize::MAX, 0usize); self.n_dofs];
         for term in self.terms.iter().filter(|t| !t.rows.is_empty()) {
+            let mut reach = |dofs: Range<usize>| {
+                for end in &mut ends[dofs] {
+                    *end = (end.0.min(term.rows.start), end.1.max(term.rows.end));
+                }
+            };
             for &read in &term.nodes {
                 let mut at = read;
                 while let Some(node) = self.nodes.get(at as usize) {
                     let n_dofs = if node.mimic.is_some() { node.n_screws.min(1) } else { node.n_screws };
-                    for end in &mut ends[node.dof as usize..(node.dof + n_dofs) as usize] {
-                        *end = (end.0.min(term.rows.start), end.1.max(term.rows.end));
-                    }
+                    reach(node.dof as usize..(node.dof + n_dofs) as usize);
                     at = node.parent;
                 }
+            }
+            for read in term.joint_reads.iter().filter(|_| !term.by_motion.is_empty()) {
+                read.dof.into_iter().for_each(|dof| reach(dof..dof + read.n_dofs));
             }
         }
         if self.n_rows <= MOST_DENSE_ROWS {
@@ -406,6 +397,40 @@ impl Layout {
             self.spans.push(Span { first: if len == 0 { 0 } else { first }, len, start: self.n_jacobian });
             self.n_jacobian += len;
         }
+        let (forces, own) = (self.n_rows, self.n_rows + self.n_force_rows);
+        for part in &mut self.parts {
+            match part.place {
+                Place::Step => {}
+                Place::Force { first } => part.row = forces + first,
+                Place::Own { first } => part.row = own + first,
+            }
+        }
+        for t in &mut self.terms {
+            for part in &self.parts[t.parts.clone()] {
+                let (first, has_force) = match part.place {
+                    Place::Step => (part.row, false),
+                    Place::Force { first } => (first, true),
+                    Place::Own { .. } => continue,
+                };
+                let end = part.slot + part.n_rows;
+                match t.runs.last_mut() {
+                    Some(run) if run.slots.end == part.slot && run.has_force == has_force => {
+                        run.slots.end = end;
+                    }
+                    _ => t.runs.push(Run { slots: part.slot..end, first, has_force }),
+                }
+            }
+        }
+    }
+
+    /// The parts of a term that have rows.
+    pub(crate) fn reported_parts(&self, t: &TermLayout) -> impl Iterator<Item = usize> + Clone {
+        t.parts.clone().filter(|part| self.parts[*part].n_rows > 0)
+    }
+
+    /// How many rows there are of any kind.
+    pub(crate) fn n_all_rows(&self) -> usize {
+        self.n_rows + self.n_force_rows + self.n_own_rows
     }
 
     /// Whether a degree of freedom moves a node.
@@ -424,11 +449,6 @@ impl Layout {
     pub(crate) fn n_kept_coords(&self) -> usize {
         self.n_coords + self.held.iter().map(|h| h.2).sum::<usize>()
     }
-}
-
-/// The joints whose own motions an objective reads.
-pub(crate) fn joints_read(objective: &dyn Objective) -> &[JointId] {
-    objective.joint_rows().map_or(&[], |rows| rows.joints())
 }
 
 /// How many degrees of freedom of a motion, the first ones, move along an axis rather than turning about it.

@@ -1,51 +1,68 @@
 //! What a layout was made for: a problem with the same joints, terms and parts needs no other one.
 
-use ikiru_rig::{JointId, Rig};
+use ikiru_rig::Rig;
 
-use crate::layout::joints_read;
-use crate::objective::{Objective, Part};
+use crate::objective::{Objective, Reads, TermReads, Unfit};
 use crate::problem::Problem;
-
-/// What a term reads and gives.
-#[derive(Clone, Debug)]
-struct Reads {
-    joints: Vec<JointId>,
-    own_motions: Vec<JointId>,
-    parts: Vec<Part>,
-}
 
 /// What a layout was made for. Solves compare it, so that a changed problem is laid out anew.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Signature {
     rig: Option<Rig>,
     active: Vec<bool>,
-    terms: Vec<Reads>,
+    /// What each term reads, and whether it is hard.
+    pub(crate) terms: Vec<(TermReads, bool)>,
+    /// Memory for what a term says now.
+    now: TermReads,
 }
 
 impl Signature {
-    /// Whether it is still that of a problem. Does not allocate.
-    pub(crate) fn fits(&self, problem: &Problem) -> bool {
-        self.rig.as_ref().is_some_and(|rig| rig.is_same(problem.rig()))
+    /// Checks a problem; says whether this is still its signature. Does not allocate as long as it is.
+    ///
+    /// # Errors
+    /// The first term that is not usable, and why.
+    pub(crate) fn check(&mut self, problem: &Problem) -> Result<bool, (usize, Unfit)> {
+        let rig = problem.rig();
+        let mut fits = self.rig.as_ref().is_some_and(|own| own.is_same(rig))
             && self.active == problem.active_flags()
-            && self.terms.len() == problem.terms().len()
-            && self.terms.iter().zip(problem.terms()).all(|(reads, term)| {
-                let o = &term.objective;
-                reads.joints == o.joints()
-                    && reads.own_motions == joints_read(&**o)
-                    && reads.parts == o.parts()
-            })
+            && self.terms.len() == problem.terms().len();
+        for (idx, term) in problem.terms().iter().enumerate() {
+            let named = |unfit| (idx, unfit);
+            term.check().map_err(named)?;
+            check_objective(rig, term.objective(), &mut self.now).map_err(named)?;
+            fits = fits
+                && self.terms.get(idx).is_some_and(|(reads, hard)| *reads == self.now && *hard == term.hard);
+        }
+        Ok(fits)
     }
 
-    pub(crate) fn of(problem: &Problem) -> Self {
-        let reads = |o: &dyn Objective| Reads {
-            joints: o.joints().to_vec(),
-            own_motions: joints_read(o).to_vec(),
-            parts: o.parts().to_vec(),
-        };
-        Self {
+    /// The signature of a problem.
+    ///
+    /// # Errors
+    /// The first term that is not usable, and why.
+    pub(crate) fn of(problem: &Problem) -> Result<Self, (usize, Unfit)> {
+        let mut terms = Vec::with_capacity(problem.terms().len());
+        for (idx, term) in problem.terms().iter().enumerate() {
+            let mut reads = TermReads::default();
+            term.check().map_err(|unfit| (idx, unfit))?;
+            check_objective(problem.rig(), term.objective(), &mut reads).map_err(|unfit| (idx, unfit))?;
+            terms.push((reads, term.hard));
+        }
+        Ok(Self {
             rig: Some(problem.rig().clone()),
             active: problem.active_flags().to_vec(),
-            terms: problem.terms().iter().map(|t| reads(&*t.objective)).collect(),
-        }
+            terms,
+            now: TermReads::default(),
+        })
     }
+}
+
+/// Whether an objective's numbers are usable, and what it reads of a rig.
+pub(crate) fn check_objective(
+    rig: &Rig,
+    objective: &dyn Objective,
+    reads: &mut TermReads,
+) -> Result<(), Unfit> {
+    objective.check()?;
+    objective.reads(&mut Reads::new(rig, reads))
 }

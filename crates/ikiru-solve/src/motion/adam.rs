@@ -50,7 +50,7 @@ impl MotionAdam {
             if bar.is_met(cost) {
                 break StopReason::Reached;
             }
-            if let Some(stop) = budget.spend() {
+            if let Some(stop) = budget.spend(state.sample.memory.failure.is_some()) {
                 break stop;
             }
             state.linearize(layout, motion);

@@ -8,8 +8,8 @@ use crate::motion::problem::MotionProblem;
 use crate::motion::state::MotionState;
 use crate::motion::timeline::Timeline;
 use crate::motion::when::When;
-use crate::objective::Loss;
 use crate::objectives::{PoseTarget, Position, RestPose};
+use crate::words::Loss;
 
 /// A motion problem, laid out, with a state that holds some motion inside its limits.
 pub(crate) struct Case {
@@ -71,7 +71,7 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
         }
         motion.set_rate_limits(&limits).unwrap();
     }
-    let layout = Layout::with(motion.terms(), &motion.led());
+    let layout = Layout::with(motion.terms(), &motion.led()).unwrap();
     let mut state = MotionState::new(&layout, &motion);
     load(&mut state, &layout, &poses);
     if rates {

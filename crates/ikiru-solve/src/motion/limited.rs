@@ -63,7 +63,7 @@ impl Run<'_> {
         if self.exceeded_now().is_empty() {
             return Outcome { keeps_rates: true, ..outcome };
         }
-        if outcome.stop == StopReason::TimeBudget {
+        if outcome.stop.is_final() {
             // No time to be led within the limits: what is known to keep them comes back.
             let keeps = self.retreat();
             return self.end_limited(keeps, outcome.stop, false);
@@ -87,7 +87,7 @@ impl Run<'_> {
             let first_differences = self.state.smoothness.first();
             let plain = cost - self.state.rate_bounds.cost(n, first_differences);
             let now = self.state.rate_bounds.update(n, first_differences);
-            if outcome.stop == StopReason::TimeBudget {
+            if outcome.stop.is_final() {
                 break;
             }
             if now <= SLACK {

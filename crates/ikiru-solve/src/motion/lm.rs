@@ -48,7 +48,7 @@ impl Run<'_> {
         let first = self.run_lm(cost, &to_the_end, LEAST_GAIN_UNSPACED);
         self.state.spacing.weight = weight;
         let cost = self.state.evaluate(&self.layout, self.motion);
-        if first.stop == StopReason::TimeBudget {
+        if first.stop.is_final() {
             return Outcome::new(cost, first.stop);
         }
         self.budget.next_start();
@@ -85,7 +85,7 @@ impl Run<'_> {
             accepted.copy_from_slice(&state.coords);
             let mut growth = GROWTH;
             loop {
-                if let Some(stop) = self.budget.spend() {
+                if let Some(stop) = self.budget.spend(state.sample.memory.failure.is_some()) {
                     state.coords.copy_from_slice(accepted);
                     return Outcome::new(cost, stop);
                 }

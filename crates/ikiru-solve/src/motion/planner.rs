@@ -123,9 +123,14 @@ impl<'a> Run<'a> {
                 fix one first sample, or the duration";
             return Err(Invalid::Options(reason));
         }
-        motion.check().map_err(|(term, reason)| Invalid::Term(term, reason))?;
+        let unfit = |(term, unfit)| Invalid::Term(term, unfit);
+        motion.check().map_err(unfit)?;
+        if let Some(term) = motion.terms().terms().iter().position(|term| term.hard) {
+            let reason = "is hard, which motions do not know yet: give it a weight instead";
+            return Err(Invalid::Term(term, reason.into()));
+        }
         let budget = Budget::new(solver.options());
-        let layout = Layout::with(motion.terms(), &motion.led());
+        let layout = Layout::with(motion.terms(), &motion.led()).map_err(unfit)?;
         let mut state = MotionState::new(&layout, motion);
         let timeline = motion.timeline();
         let still = motion.first_given().map_or_else(|| start_of(guess), Pose::clone);
@@ -163,20 +168,24 @@ impl<'a> Run<'a> {
         if !(cost + self.settled_cost).is_finite() {
             let invalid = match self.state.not_finite(&self.layout, self.motion) {
                 Some(term) => {
-                    Invalid::Term(term, "gives a residual that is not finite at one of its samples")
+                    Invalid::Term(term, "gives a residual that is not finite at one of its samples".into())
                 }
                 None => Invalid::Pose("gives a cost that is not finite"),
             };
             return self.refuse(invalid);
+        }
+        if let Some((term, reason)) = self.state.sample.memory.failure {
+            return self.refuse(Invalid::Term(term, reason.into()));
         }
         if self.solver.options().cost_below.is_none()
             && let Some(term) = self.state.conflict(&self.layout, self.motion)
         {
             let conflict = "holds at given samples alone, and their poses do not meet it: \
                 give it another time, or leave those samples free";
-            return self.refuse(Invalid::Term(term, conflict));
+            return self.refuse(Invalid::Term(term, conflict.into()));
         }
         let (outcome, restarts) = self.search(cost);
+        let failure = self.state.sample.memory.failure.take();
         let cost = self.settled_cost + self.state.evaluate(&self.layout, self.motion);
         let (smoothness, spacing) = (self.state.smoothness_cost, self.state.spacing_cost);
         let mut terms = report_terms(&self.layout, self.motion, &mut self.state);
@@ -195,6 +204,7 @@ impl<'a> Run<'a> {
         }
         let success = within && exceeded.is_empty();
         let stop = match outcome.stop {
+            StopReason::ObjectiveFailed => StopReason::ObjectiveFailed,
             _ if success => StopReason::Reached,
             // All that is wanted, but beyond a limit on rates.
             StopReason::Reached => StopReason::NoProgress,
@@ -210,7 +220,7 @@ impl<'a> Run<'a> {
             restarts,
             terms,
             exceeded,
-            invalid: None,
+            invalid: failure.map(|(term, reason)| Invalid::Term(term, reason.into())),
         };
         PlannedMotion { clip, report }
     }
@@ -250,7 +260,7 @@ impl<'a> Run<'a> {
         let seeds = Seeds::new(&self.layout);
         let mut restarts = 0;
         let max_restarts = if best.is_rate_bound { max_restarts.min(MOST_RATE_BOUND) } else { max_restarts };
-        while !success && restarts < max_restarts && best.stop != StopReason::TimeBudget {
+        while !success && restarts < max_restarts && !best.stop.is_final() {
             self.budget.next_start();
             let cost = self.screen(&seeds, restarts);
             restarts += 1;
@@ -259,12 +269,12 @@ impl<'a> Run<'a> {
             if success || outcome.cost < best.cost {
                 best = outcome;
                 self.workspace.best.copy_from_slice(&self.state.coords);
-            } else if outcome.stop == StopReason::TimeBudget {
+            } else if outcome.stop.is_final() {
                 best.stop = outcome.stop;
             }
         }
         self.state.coords.copy_from_slice(&self.workspace.best);
-        if !success && best.stop != StopReason::TimeBudget {
+        if !success && !best.stop.is_final() {
             // Starts were given up while others waited: the best of them is now followed to its end.
             let cost = self.state.evaluate(&self.layout, self.motion);
             bar.impatient = false;

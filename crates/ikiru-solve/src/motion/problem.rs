@@ -4,13 +4,13 @@ use std::ops::{Index, IndexMut, Range};
 
 use ikiru_rig::{JointId, Pose, RateLimit, Rig};
 
-use crate::layout::joints_read;
+use crate::layout::check_objective;
 use crate::motion::error::MotionError;
 use crate::motion::sample_terms::SampleTerms;
 use crate::motion::timeline::Timeline;
 use crate::motion::when::When;
-use crate::objective::Objective;
-use crate::problem::{Problem, check_objective};
+use crate::objective::{Objective, Reads, TermReads, Unfit};
+use crate::problem::Problem;
 use crate::term::{AnyObjective, Term, TermId};
 
 /// Where a term holds, and its objectives where they move.
@@ -149,7 +149,7 @@ impl MotionProblem {
         };
         let samples = self.tracks[at_term].samples.clone();
         let first = at(self.timeline.time(samples.start));
-        if !reads_the_same(known, &first) {
+        if !reads_the_same(self.rig(), known, &first) {
             return Err(MotionError::Changes(self.timeline.time(samples.start)));
         }
         let moving = self.follow(&samples, &first, at)?;
@@ -169,7 +169,7 @@ impl MotionProblem {
         for sample in samples.clone() {
             let secs = self.timeline.time(sample);
             let objective = at(secs);
-            if !reads_the_same(first, &objective) {
+            if !reads_the_same(self.rig(), first, &objective) {
                 return Err(MotionError::Changes(secs));
             }
             moving.push(Box::new(objective));
@@ -437,11 +437,12 @@ impl MotionProblem {
     }
 
     /// The first term whose numbers are wrong at some sample, and what is wrong.
-    pub(crate) fn check(&self) -> Result<(), (usize, &'static str)> {
+    pub(crate) fn check(&self) -> Result<(), (usize, Unfit)> {
         self.base.check()?;
+        let mut reads = TermReads::default();
         for (idx, track) in self.tracks.iter().enumerate() {
             for objective in &track.moving {
-                check_objective(self.rig(), &**objective).map_err(|reason| (idx, reason))?;
+                check_objective(self.rig(), &**objective, &mut reads).map_err(|unfit| (idx, unfit))?;
             }
         }
         Ok(())
@@ -468,8 +469,13 @@ impl MotionProblem {
     }
 }
 
-fn reads_the_same(a: &dyn Objective, b: &dyn Objective) -> bool {
-    a.joints() == b.joints() && joints_read(a) == joints_read(b) && a.parts() == b.parts()
+fn reads_the_same(rig: &Rig, a: &dyn Objective, b: &dyn Objective) -> bool {
+    let reads = |objective: &dyn Objective| {
+        let mut reads = TermReads::default();
+        // What does not fit the rig is told when the motion is planned.
+        objective.reads(&mut Reads::new(rig, &mut reads)).map(|()| reads)
+    };
+    reads(a) == reads(b)
 }
 
 fn check_weights(weights: [f64; 3]) -> Result<(), MotionError> {

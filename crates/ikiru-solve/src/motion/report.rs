@@ -2,14 +2,14 @@
 
 use ikiru_rig::{JointId, RateExcess};
 
-use crate::layout::{Layout, joints_read};
+use crate::layout::Layout;
 use crate::motion::problem::MotionProblem;
 use crate::motion::sample_terms::SampleTerms;
 use crate::motion::state::MotionState;
-use crate::objective::Unit;
 use crate::problem::Terms;
 use crate::report::{Invalid, PartReport, PartReports, StopReason};
 use crate::state::State;
+use crate::words::Unit;
 
 /// One term over all the samples at which it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +38,8 @@ pub struct MotionTermReport {
     pub satisfied: bool,
     /// Whether success asks for it.
     pub mandatory: bool,
+    /// Whether it is a constraint: it adds nothing to the cost.
+    pub hard: bool,
 }
 
 /// What came of planning.
@@ -65,7 +67,7 @@ pub struct MotionReport {
     /// iterations or time ended before a history in full motion was led within its limits. Between samples of a history
     /// nothing is judged. Success asks for none.
     pub exceeded: Vec<RateExcess>,
-    /// What was not usable, where `stop` is [`StopReason::InvalidInput`].
+    /// What was not usable, where `stop` is [`StopReason::InvalidInput`] or [`StopReason::ObjectiveFailed`].
     pub invalid: Option<Invalid>,
 }
 
@@ -99,34 +101,33 @@ pub(crate) fn report_terms(
         .map(|t| {
             let (term, samples) = (&motion.terms().terms()[t.term], &motion.tracks()[t.term].samples);
             let objective = &term.objective;
-            let unit = |part: usize| layout.parts.get(part).map_or(Unit::Metres, |p| p.unit);
+            let mut units = layout.reported_parts(t).map(|part| layout.parts[part].unit);
+            let unit = units.next().unwrap_or(Unit::Metres);
             let mut others = PartReports::NONE;
-            t.parts
-                .clone()
-                .skip(1)
-                .for_each(|part| others.push(PartReport { residual: 0.0, unit: unit(part) }));
+            units.for_each(|unit| others.push(PartReport { residual: 0.0, unit }));
             MotionTermReport {
                 kind: objective.kind(),
-                joint: objective.joints().first().or(joints_read(&**objective).first()).copied(),
+                joint: t.joint,
                 weight: term.weight,
                 from_secs: timeline.time(samples.start),
                 to_secs: timeline.time(samples.end - 1),
                 residual: 0.0,
-                unit: unit(t.parts.start),
+                unit,
                 worst_secs: timeline.time(samples.start),
                 others,
                 cost: 0.0,
                 satisfied: true,
                 mandatory: term.counts(),
+                hard: term.hard,
             }
         })
         .collect();
     let mut add = |state: &State, terms: &SampleTerms<'_>, sample: usize| {
         for (t, report) in layout.terms.iter().zip(&mut reports).filter(|(t, _)| terms.is_on(t.term)) {
             let loss = terms.term(t.term).loss;
-            for (idx, part) in t.parts.clone().enumerate() {
+            for (idx, part) in layout.reported_parts(t).enumerate() {
                 let length = state.squares[part].sqrt();
-                if terms.term(t.term).is_on {
+                if terms.term(t.term).is_on && !t.is_hard {
                     report.cost += report.weight * loss.cost(state.squares[part]);
                 }
                 let tolerance = motion.terms().terms()[t.term].tolerance.of(layout.parts[part].unit);

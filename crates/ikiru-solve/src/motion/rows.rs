@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::layout::Layout;
-use crate::objective::Loss;
+use crate::words::Loss;
 
 /// The rows of one sample: `n_rows` from `first` on.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +53,9 @@ impl SampleRows {
                 }
             }
         }
+        // Rows with a force have an entry for every degree of freedom.
+        let all = 0..layout.n_dofs;
+        support.extend((0..layout.n_force_rows).map(|_| Vec::from([all.clone()])));
         Self { n_dofs: layout.n_dofs, support, ..Self::default() }
     }
 

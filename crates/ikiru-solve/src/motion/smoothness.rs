@@ -197,7 +197,7 @@ mod tests {
             let mut problem = Problem::whole_body(&rig);
             let joints: Vec<_> = problem.active().collect();
             problem.add(1.0, RestPose::new(&joints, rig.rest_pose()));
-            let layout = Layout::new(&problem);
+            let layout = Layout::new(&problem).unwrap();
             let n_samples = 2 + random.below(5);
             let (n, nc) = (layout.n_dofs, layout.n_coords);
             let weights = (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();

@@ -2,7 +2,7 @@
 
 use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
 
-use crate::layout::{Layout, TermLayout};
+use crate::layout::{Layout, PartLayout, Place, TermLayout};
 use crate::motion::problem::MotionProblem;
 use crate::motion::rate_bounds::RateBounds;
 use crate::motion::rows::{Block, RowPart, SampleRows};
@@ -213,14 +213,16 @@ impl MotionState {
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
             // One key alone is still what was evaluated.
-            if self.evaluated != Some(t) {
-                self.evaluate_sample(layout, motion, t);
-            }
             let terms = motion.wanted_at(t);
+            if self.evaluated != Some(t) {
+                self.enter(layout, t);
+                self.sample.differentiate(layout, &terms);
+                self.evaluated = Some(t);
+            }
             self.sample.linearize(layout, &terms, false);
             for k in 0..n {
-                self.gradient[t * n + k] += self.sample.joint_gradient[k];
-                self.curvature[t * n + k] += self.sample.joint_curvature[k];
+                self.gradient[t * n + k] += self.sample.own_gradient[k];
+                self.curvature[t * n + k] += self.sample.own_curvature[k];
             }
             self.push_rows(layout, &terms, t);
         }
@@ -231,23 +233,32 @@ impl MotionState {
         let first_of_sample = self.rows.n_rows();
         for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
             let (weight, loss) = (terms.term(term.term).weight, terms.term(term.term).loss);
-            let mut row = term.rows.start;
+            if term.has_potential {
+                self.cost_beside_rows += weight * self.sample.values[term.term];
+            }
             for part in term.parts.clone() {
                 let scale = self.sample.weights[part];
-                if part >= term.joint_parts().start {
+                let PartLayout { n_rows, row, place, sense, .. } = layout.parts[part];
+                if let Place::Own { .. } = place {
                     self.cost_beside_rows += weight * loss.cost(self.sample.squares[part]);
                     continue;
                 }
-                let n_rows = layout.parts[part].n_rows;
                 let first = self.rows.n_rows();
                 self.rows.parts.push(RowPart { first, n_rows, term_weight: weight, loss, weight: scale });
                 for r in row..row + n_rows {
-                    self.rows.push(r, self.sample.scaled[r], |k| {
-                        let span = &layout.spans[k];
-                        self.sample.jacobian[span.start + r - span.first]
-                    });
+                    let Place::Force { first: force } = place else {
+                        self.rows.push(r, self.sample.scaled[r], |k| {
+                            let span = &layout.spans[k];
+                            self.sample.jacobian[span.start + r - span.first]
+                        });
+                        continue;
+                    };
+                    // What is kept pulls at nothing.
+                    let missing = sense.missing(self.sample.residual[r]);
+                    let scale = if missing == 0.0 { 0.0 } else { scale.sqrt() };
+                    let entries = &self.sample.force_jacobian[(force + r - row) * layout.n_dofs..];
+                    self.rows.push(r, scale * missing, |k| scale * entries[k]);
                 }
-                row += n_rows;
             }
         }
         let n_rows = self.rows.n_rows() - first_of_sample;
@@ -272,12 +283,11 @@ impl MotionState {
             }
             let terms = motion.wanted_at(t);
             for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
-                let mut row = term.rows.start;
-                for part in term.frame_parts() {
+                let parts = layout.parts[term.parts.clone()].iter();
+                for part in parts.filter(|part| !matches!(part.place, Place::Own { .. })) {
                     let scale = self.rows.parts[part_idx].weight.sqrt();
-                    let n_rows = layout.parts[part].n_rows;
-                    residual.extend(self.sample.residual[row..row + n_rows].iter().map(|r| r * scale));
-                    row += n_rows;
+                    let rows = &self.sample.residual[part.row..part.row + part.n_rows];
+                    residual.extend(rows.iter().map(|r| part.sense.missing(*r) * scale));
                     part_idx += 1;
                 }
             }

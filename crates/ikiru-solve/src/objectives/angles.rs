@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use ikiru_rig::{Frame, maths};
 
-use crate::objective::Rows;
+use crate::objective::{Rows, Unfit};
 
 /// The inverse of the right Jacobian of SO(3): `log(exp(φ) exp(ω)) ≈ φ + J⁻¹ ω`, for ‖φ‖ ≤ π.
 ///
@@ -44,7 +44,7 @@ pub(crate) struct DirectionChange {
     pub(crate) arm: DVec3,
 }
 
-/// Two rows: the angle from a joint's axis to a direction of the world, as a vector in the joint's frame
+/// Two rows of part 0: the angle from a joint's axis to a direction of the world, as a vector in the joint's frame
 /// perpendicular to the axis (the logarithm map of the sphere). Its length is the angle, by atan2; at 0 it is 0 and
 /// smooth, at π a fixed perpendicular decides, and a direction without length gives 0.
 #[inline(always)]
@@ -56,7 +56,7 @@ pub(crate) fn evaluate_direction(
 ) {
     let length = change.direction.length();
     if length < 1e-12 {
-        rows.residual[..2].fill(0.0);
+        rows.open(0, [0.0; 2]);
         return;
     }
     let (e1, e2) = perpendiculars(axis);
@@ -71,8 +71,8 @@ pub(crate) fn evaluate_direction(
     } else {
         (1.0, 0.0, if c > 0.0 { 1.0 } else { 0.0 })
     };
-    rows.residual[0] = if c > 0.0 && sine <= 1e-9 { u1 } else { angle * n1 };
-    rows.residual[1] = if c > 0.0 && sine <= 1e-9 { u2 } else { angle * n2 };
+    let is_small = c > 0.0 && sine <= 1e-9;
+    let first = rows.open(0, if is_small { [u1, u2] } else { [angle * n1, angle * n2] });
     if !rows.wants_jacobian() {
         return;
     }
@@ -87,7 +87,7 @@ pub(crate) fn evaluate_direction(
         // δ = (direction's change, tangential) / length − ω × unit.
         let tangential = (gradient - unit * gradient.dot(unit)) / length;
         let by_turn = change.arm.cross(tangential) - unit.cross(gradient);
-        let out = rows.derivative(0, row);
+        let out = rows.by_frame(first + row, 0);
         out[..3].copy_from_slice(&(tangential * change.origin_factor).to_array());
         out[3..].copy_from_slice(&by_turn.to_array());
     }
@@ -99,11 +99,11 @@ pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
     axis.normalize_or(DVec3::Y)
 }
 
-pub(crate) fn check_axis(axis: DVec3) -> Result<(), &'static str> {
+pub(crate) fn check_axis(axis: DVec3) -> Result<(), Unfit> {
     let length = axis.length();
     if length.is_finite() && length > 1e-100 {
         Ok(())
     } else {
-        Err("has an axis that is not finite, or of length 0")
+        Err("has an axis that is not finite, or of length 0".into())
     }
 }

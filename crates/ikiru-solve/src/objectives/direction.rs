@@ -3,8 +3,9 @@
 use glam::DVec3;
 use ikiru_rig::JointId;
 
-use crate::objective::{Inputs, Objective, Part, Rows, Unit};
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
 use crate::objectives::angles::{DirectionChange, check_axis, evaluate_direction, unit_axis};
+use crate::words::Unit;
 
 /// Turns an axis of a joint to a direction of the world: a palm down, a foot flat.
 ///
@@ -33,27 +34,21 @@ impl Objective for Direction {
         "direction"
     }
 
-    fn joints(&self) -> &[JointId] {
-        std::slice::from_ref(&self.joint)
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.part(Part::new(2, Unit::Radians))
     }
 
-    fn parts(&self) -> &[Part] {
-        &[Part { n_rows: 2, unit: Unit::Radians }]
-    }
-
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         check_axis(self.axis)?;
-        check_axis(self.target).map_err(|_| "has a target direction that is not finite, or of length 0")
+        check_axis(self.target)
+            .map_err(|_| "has a target direction that is not finite, or of length 0".into())
     }
 
-    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
         let change =
             DirectionChange { direction: unit_axis(self.target), origin_factor: 0.0, arm: DVec3::ZERO };
-        evaluate_direction(&inputs.frames[0], unit_axis(self.axis), &change, rows);
-    }
-
-    fn target(&self) -> Option<[f64; 3]> {
-        Some(self.target.to_array())
+        evaluate_direction(view.frame(0), unit_axis(self.axis), &change, rows);
     }
 }
 
@@ -75,7 +70,7 @@ mod tests {
     fn directions_without_length_are_refused() {
         let good = Direction::new(JointId::from_index(0), DVec3::Y, DVec3::Z);
         assert!(good.check().is_ok());
-        assert!(Direction { axis: DVec3::ZERO, ..good }.check().unwrap_err().contains("axis"));
-        assert!(Direction { target: DVec3::ZERO, ..good }.check().unwrap_err().contains("target"));
+        assert!(Direction { axis: DVec3::ZERO, ..good }.check().unwrap_err().reason.contains("axis"));
+        assert!(Direction { target: DVec3::ZERO, ..good }.check().unwrap_err().reason.contains("target"));
     }
 }

@@ -1,11 +1,12 @@
 //! Known rotation: joints at given angles or rotations (the paper's equation 18).
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{JointId, JointMotion, Rig, rotation_vector};
+use ikiru_rig::{JointId, JointMotion, rotation_vector};
 
-use crate::objective::{Inputs, JointRows, Objective, Part, Rows};
+use crate::objective::{JointCoords, Objective, Part, Reads, Rows, Unfit, View};
 use crate::objectives::angles::inverse_right_jacobian;
 use crate::objectives::orientation::check_rotation;
+use crate::words::Unit;
 
 /// What a joint's own motion should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,89 +56,80 @@ impl Objective for KnownRotation {
         "known_rotation"
     }
 
-    fn joints(&self) -> &[JointId] {
-        &[]
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        let (mut n_turning, mut n_sliding) = (0, 0);
+        for (joint, angles) in self.targets() {
+            reads.motion(joint)?;
+            match (angles, reads.rig().joints()[joint.index()].motion) {
+                (JointAngles::Value(_), JointMotion::Hinge { .. }) => n_turning += 1,
+                (JointAngles::Value(_), JointMotion::Slider { .. }) => n_sliding += 1,
+                (JointAngles::Euler(_), JointMotion::Euler { .. })
+                | (JointAngles::Rotation(_), JointMotion::Ball { .. } | JointMotion::Free { .. }) => {
+                    n_turning += 3;
+                }
+                (_, motion) => return Err(Unfit { reason: misfit(&motion), joint: Some(joint) }),
+            }
+        }
+        reads.part(Part::separable(n_turning, Unit::Radians))?;
+        reads.part(Part::separable(n_sliding, Unit::Metres))
     }
 
-    fn parts(&self) -> &[Part] {
-        &[]
-    }
-
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         self.angles.iter().try_for_each(|angles| match angles {
             JointAngles::Rotation(q) => check_rotation(*q),
             JointAngles::Euler(a) if a.iter().flatten().all(|a| a.is_finite()) => Ok(()),
             JointAngles::Value(v) if v.is_finite() => Ok(()),
-            _ => Err("has an angle that is not finite"),
+            JointAngles::Euler(_) | JointAngles::Value(_) => Err("has an angle that is not finite".into()),
         })
     }
 
-    fn evaluate(&self, _: &Inputs<'_>, _: &mut Rows<'_>) {}
-
-    fn joint_rows(&self) -> Option<&dyn JointRows> {
-        Some(self)
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        let scale = 1.0 / (self.joints.len() as f64).sqrt();
+        for (idx, angles) in self.angles.iter().enumerate() {
+            let JointCoords { motion, coords } = view.motion(idx);
+            let mut difference = |part: usize, dof: usize, difference: f64| {
+                let row = rows.open(part, [scale * difference]);
+                if rows.wants_jacobian() {
+                    rows.by_motion(row, idx)[dof] = scale;
+                }
+            };
+            match (angles, motion) {
+                (JointAngles::Value(value), JointMotion::Hinge { range, .. }) => {
+                    difference(TURNING, 0, short_way(coords[0] - value, range.is_unlimited()));
+                }
+                (JointAngles::Value(value), JointMotion::Slider { .. }) => {
+                    difference(SLIDING, 0, coords[0] - value);
+                }
+                (JointAngles::Euler(angles), JointMotion::Euler { ranges, .. }) => {
+                    for i in 0..3 {
+                        if let Some(angle) = angles[i] {
+                            difference(TURNING, i, short_way(coords[i] - angle, ranges[i].is_unlimited()));
+                        }
+                    }
+                }
+                (JointAngles::Rotation(target), _) => open_turn(*target, coords, scale, idx, rows),
+                (JointAngles::Value(_) | JointAngles::Euler(_), _) => {} // refused when the solve starts
+            }
+        }
     }
 }
 
-impl JointRows for KnownRotation {
-    fn joints(&self) -> &[JointId] {
-        &self.joints
-    }
+/// The parts of objectives of joints' own motions: what turns, and what slides.
+pub(super) const TURNING: usize = 0;
+pub(super) const SLIDING: usize = 1;
 
-    fn check(&self, rig: &Rig) -> Result<(), &'static str> {
-        let fits = |(joint, angles): (&JointId, &JointAngles)| {
-            let motion = rig.get(*joint).map(|joint| joint.motion);
-            matches!(
-                (angles, motion),
-                (JointAngles::Rotation(_), Some(JointMotion::Ball { .. } | JointMotion::Free { .. }))
-                    | (JointAngles::Euler(_), Some(JointMotion::Euler { .. }))
-                    | (JointAngles::Value(_), Some(JointMotion::Hinge { .. } | JointMotion::Slider { .. }))
-            )
-        };
-        if self.joints.iter().zip(&self.angles).all(fits) {
-            return Ok(());
+/// What a joint's motion takes, for one that was given something else.
+fn misfit(motion: &JointMotion) -> &'static str {
+    match motion {
+        JointMotion::Fixed => "gives an angle to a joint that does not move",
+        JointMotion::Hinge { .. } | JointMotion::Slider { .. } => {
+            "gives a joint what its motion does not have: a hinge or slider takes one value"
         }
-        Err(
-            "gives a joint what its motion does not have: a ball and a free joint take a rotation, an Euler joint \
-             three angles, a hinge or slider one value",
-        )
-    }
-
-    fn evaluate(
-        &self,
-        idx: usize,
-        motion: &JointMotion,
-        coords: &[f64],
-        residual: &mut [f64],
-        mut derivative: Option<&mut [f64]>,
-    ) {
-        let scale = 1.0 / (self.joints.len() as f64).sqrt();
-        let n = residual.len();
-        let mut row = |i: usize, difference: f64, residual: &mut [f64]| {
-            residual[i] = scale * difference;
-            if let Some(derivative) = derivative.as_deref_mut() {
-                derivative[i * n + i] = scale;
-            }
-        };
-        match (self.angles[idx], motion) {
-            (JointAngles::Value(value), JointMotion::Hinge { range, .. }) => {
-                row(0, short_way(coords[0] - value, range.is_unlimited()), residual);
-            }
-            (JointAngles::Value(value), JointMotion::Slider { .. }) => row(0, coords[0] - value, residual),
-            (JointAngles::Euler(angles), JointMotion::Euler { ranges, .. }) => {
-                for i in 0..3 {
-                    if let Some(angle) = angles[i] {
-                        row(i, short_way(coords[i] - angle, ranges[i].is_unlimited()), residual);
-                    }
-                }
-            }
-            (JointAngles::Rotation(target), JointMotion::Ball { .. }) => {
-                turn_residual(target, coords, scale, residual, derivative, 0);
-            }
-            (JointAngles::Rotation(target), JointMotion::Free { .. }) => {
-                turn_residual(target, &coords[3..], scale, residual, derivative, 3);
-            }
-            _ => {} // refused when the solve starts
+        JointMotion::Euler { .. } => {
+            "gives a joint what its motion does not have: an Euler joint takes three angles"
+        }
+        JointMotion::Ball { .. } | JointMotion::Free { .. } => {
+            "gives a joint what its motion does not have: a ball and a free joint take a rotation"
         }
     }
 }
@@ -147,22 +139,18 @@ fn short_way(difference: f64, wraps: bool) -> f64 {
     if wraps { difference - TAU * (difference / TAU).round() } else { difference }
 }
 
-/// Three rows from `first` on: the rotation vector from the target to the ball's rotation.
-pub(super) fn turn_residual(
-    target: DQuat,
-    coords: &[f64],
-    scale: f64,
-    residual: &mut [f64],
-    derivative: Option<&mut [f64]>,
-    first: usize,
-) {
-    let phi: DVec3 = rotation_vector(target.normalize().inverse() * DQuat::from_slice(coords));
-    residual[first..first + 3].copy_from_slice(&(phi * scale).to_array());
-    if let Some(derivative) = derivative {
-        let (n, inverse) = (residual.len(), inverse_right_jacobian(phi));
+/// Three rows that turn: the rotation vector from the target to the rotation of the `motion`-th joint that is read, whose
+/// coordinates end in a quaternion.
+pub(super) fn open_turn(target: DQuat, coords: &[f64], scale: f64, motion: usize, rows: &mut Rows<'_>) {
+    let at = coords.len() - 4;
+    let phi: DVec3 = rotation_vector(target.normalize().inverse() * DQuat::from_slice(&coords[at..]));
+    let first = rows.open(TURNING, (phi * scale).to_array());
+    if rows.wants_jacobian() {
+        let inverse = inverse_right_jacobian(phi);
         for i in 0..3 {
-            let at = (first + i) * n + first;
-            derivative[at..at + 3].copy_from_slice(&(inverse.row(i) * scale).to_array());
+            // Before the turn come as many translations as coordinates.
+            rows.by_motion(first + i, motion)[at..at + 3]
+                .copy_from_slice(&(inverse.row(i) * scale).to_array());
         }
     }
 }

@@ -3,9 +3,10 @@
 use glam::DVec3;
 use ikiru_rig::{Frame, JointId};
 
-use crate::objective::{Inputs, Objective, Part, Rows, Unit};
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
 use crate::objectives::angles::{DirectionChange, check_axis, evaluate_direction, unit_axis};
 use crate::objectives::position::check_target;
+use crate::words::Unit;
 
 /// What a [`LookAt`] looks at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,46 +66,34 @@ impl Objective for LookAt {
         "look_at"
     }
 
-    fn joints(&self) -> &[JointId] {
-        std::slice::from_ref(&self.joint)
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.part(Part::new(2, Unit::Radians))
     }
 
-    fn parts(&self) -> &[Part] {
-        &[Part { n_rows: 2, unit: Unit::Radians }]
-    }
-
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         check_axis(self.axis)?;
         match self.gaze {
             Gaze::Point(point) => check_target(point),
             Gaze::OffsetFromTip { length, offset } if length.is_finite() => check_target(offset),
-            Gaze::OffsetFromTip { .. } => Err("has a length that is not finite"),
+            Gaze::OffsetFromTip { .. } => Err("has a length that is not finite".into()),
         }
     }
 
-    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
-        let (frame, axis) = (&inputs.frames[0], unit_axis(self.axis));
-        evaluate_direction(frame, axis, &self.change(frame, axis), rows);
-    }
-
-    fn target(&self) -> Option<[f64; 3]> {
-        match self.gaze {
-            Gaze::Point(point) => Some(point.to_array()),
-            Gaze::OffsetFromTip { offset, .. } => Some(offset.to_array()),
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        let (frame, axis) = (view.frame(0), unit_axis(self.axis));
+        let change = self.change(frame, axis);
+        if change.direction.length() < 1e-9 {
+            rows.warn("looks at a point in the joint's own origin: it has no direction to turn to");
         }
-    }
-
-    fn warning(&self, inputs: &Inputs<'_>) -> Option<&'static str> {
-        let change = self.change(&inputs.frames[0], unit_axis(self.axis));
-        (change.direction.length() < 1e-9)
-            .then_some("looks at a point in the joint's own origin: it has no direction to turn to")
+        evaluate_direction(frame, axis, &change, rows);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::{check_on_random_rigs, residual_at};
+    use crate::check::{check_on_random_rigs, residual_at, told_at};
 
     #[test]
     fn derivatives() {
@@ -134,8 +123,8 @@ mod tests {
     #[test]
     fn a_point_in_the_origin_has_no_direction() {
         let look = LookAt::new(JointId::from_index(0), DVec3::Y, DVec3::ZERO);
-        let frames = [Frame::identity()];
-        assert_eq!(residual_at(&look, &frames), [0.0, 0.0]);
-        assert!(look.warning(&Inputs { frames: &frames }).is_some());
+        let (residual, warning) = told_at(&look, &[Frame::identity()]);
+        assert_eq!(residual, [0.0, 0.0]);
+        assert!(warning.is_some());
     }
 }

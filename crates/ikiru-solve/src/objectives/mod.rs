@@ -1,5 +1,8 @@
 //! The objectives that come with the library, one a file: data, `impl Objective`, helpers, tests.
 
+mod bound;
+mod center_of_mass;
+mod coupling;
 mod direction;
 mod distance;
 mod known_rotation;
@@ -13,8 +16,11 @@ mod rest_pose;
 
 pub(crate) mod angles;
 
+pub use bound::Bound;
+pub use center_of_mass::{CenterOfMass, Mass};
+pub use coupling::Coupling;
 pub use direction::Direction;
-pub use distance::{Apart, Distance};
+pub use distance::Distance;
 pub use known_rotation::{JointAngles, KnownRotation};
 pub use look_at::{Gaze, LookAt};
 pub use orientation::Orientation;

@@ -3,8 +3,9 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{Frame, JointId, Rotation, Vec3, rotation_vector};
 
-use crate::objective::{Inputs, Objective, Part, Rows, Unit};
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
 use crate::objectives::angles::inverse_right_jacobian;
+use crate::words::Unit;
 
 /// Turns a joint's frame to a rotation of the world.
 ///
@@ -32,46 +33,43 @@ impl Objective for Orientation {
         "orientation"
     }
 
-    fn joints(&self) -> &[JointId] {
-        std::slice::from_ref(&self.joint)
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.part(Part::new(3, Unit::Radians))
     }
 
-    fn parts(&self) -> &[Part] {
-        &[Part { n_rows: 3, unit: Unit::Radians }]
-    }
-
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         check_rotation(self.target)
     }
 
-    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
-        evaluate_orientation(&inputs.frames[0], self.target, 0, rows);
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        evaluate_orientation(view.frame(0), self.target, 0, rows);
     }
 }
 
-pub(super) fn check_rotation(rotation: DQuat) -> Result<(), &'static str> {
+pub(super) fn check_rotation(rotation: DQuat) -> Result<(), Unfit> {
     let length = rotation.length();
     if length.is_finite() && length > 1e-100 {
         Ok(())
     } else {
-        Err("has a rotation that is not finite, or of length 0")
+        Err("has a rotation that is not finite, or of length 0".into())
     }
 }
 
-/// Three rows from `first` on: the rotation vector from the target to the frame, in the target's axes.
+/// Three rows of a part: the rotation vector from the target to the frame, in the target's axes.
 #[inline(always)]
-pub(super) fn evaluate_orientation(frame: &Frame<f64>, target: DQuat, first: usize, rows: &mut Rows<'_>) {
+pub(super) fn evaluate_orientation(frame: &Frame<f64>, target: DQuat, part: usize, rows: &mut Rows<'_>) {
     let target = Rotation::<f64>::constant(target.normalize());
     let error = target.inverse().compose(&frame.rotation);
     let phi = rotation_vector(error.quaternion());
-    rows.residual[first..first + 3].copy_from_slice(&phi.to_array());
+    let first = rows.open(part, phi.to_array());
     if rows.wants_jacobian() {
         // The frame turns to exp(ω) R, so the error to error · exp(Rᵀ ω).
         let inverse = inverse_right_jacobian(phi);
         for row in 0..3 {
             let by_body: DVec3 = inverse.row(row);
             let by_world = frame.rotation.apply(Vec3::from(by_body)).value();
-            rows.derivative(0, first + row)[3..].copy_from_slice(&by_world.to_array());
+            rows.by_frame(first + row, 0)[3..].copy_from_slice(&by_world.to_array());
         }
     }
 }

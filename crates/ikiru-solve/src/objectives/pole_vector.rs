@@ -3,9 +3,10 @@
 use glam::DVec3;
 use ikiru_rig::{Frame, JointId, Scalar, Vec3};
 
-use crate::objective::Unit;
+use crate::objective::Unfit;
 use crate::objectives::position::check_target;
 use crate::residual::Residual;
+use crate::words::Unit;
 
 /// Turns a limb about the line from its root to its end, so that its middle joint bends towards a point: an elbow
 /// outwards, a knee forwards.
@@ -33,7 +34,7 @@ impl Residual for PoleVector {
         Unit::Radians
     }
 
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         check_target(self.target)
     }
 

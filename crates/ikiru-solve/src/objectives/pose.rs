@@ -3,9 +3,10 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::JointId;
 
-use crate::objective::{Inputs, Objective, Part, Reach, Rows, Unit};
+use crate::objective::{Objective, Part, Reach, Reads, Rows, Unfit, View};
 use crate::objectives::orientation::{check_rotation, evaluate_orientation};
 use crate::objectives::position::{check_point, check_target, evaluate_position};
+use crate::words::Unit;
 
 /// Brings a point of a joint to a point of the world and the joint's frame to a rotation.
 ///
@@ -36,31 +37,25 @@ impl Objective for PoseTarget {
         "pose"
     }
 
-    fn joints(&self) -> &[JointId] {
-        std::slice::from_ref(&self.joint)
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.part(Part::new(3, Unit::Metres))?;
+        reads.part(Part::new(3, Unit::Radians))
     }
 
-    fn parts(&self) -> &[Part] {
-        &[Part { n_rows: 3, unit: Unit::Metres }, Part { n_rows: 3, unit: Unit::Radians }]
-    }
-
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         check_point(self.point)?;
         check_target(self.position)?;
         check_rotation(self.rotation)
     }
 
-    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
-        evaluate_position(&inputs.frames[0], self.point, self.position, rows);
-        evaluate_orientation(&inputs.frames[0], self.rotation, 3, rows);
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        evaluate_position(view.frame(0), self.point, self.position, rows);
+        evaluate_orientation(view.frame(0), self.rotation, 1, rows);
     }
 
     fn reach(&self) -> Option<Reach> {
-        Some(Reach { joint: 0, point: self.point, target: self.position })
-    }
-
-    fn target(&self) -> Option<[f64; 3]> {
-        Some(self.position.to_array())
+        Some(Reach { frame: 0, point: self.point, target: self.position })
     }
 }
 

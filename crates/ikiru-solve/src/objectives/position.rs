@@ -3,7 +3,8 @@
 use glam::DVec3;
 use ikiru_rig::{Frame, JointId};
 
-use crate::objective::{Inputs, Objective, Part, Reach, Rows, Unit};
+use crate::objective::{Objective, Part, Reach, Reads, Rows, Unfit, View};
+use crate::words::Unit;
 
 /// Brings a point of a joint to a point of the world.
 ///
@@ -32,52 +33,45 @@ impl Objective for Position {
         "position"
     }
 
-    fn joints(&self) -> &[JointId] {
-        std::slice::from_ref(&self.joint)
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.part(Part::new(3, Unit::Metres))
     }
 
-    fn parts(&self) -> &[Part] {
-        &[Part { n_rows: 3, unit: Unit::Metres }]
-    }
-
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         check_point(self.point)?;
         check_target(self.target)
     }
 
     #[inline]
-    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
-        evaluate_position(&inputs.frames[0], self.point, self.target, rows);
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        evaluate_position(view.frame(0), self.point, self.target, rows);
     }
 
     fn reach(&self) -> Option<Reach> {
-        Some(Reach { joint: 0, point: self.point, target: self.target })
-    }
-
-    fn target(&self) -> Option<[f64; 3]> {
-        Some(self.target.to_array())
+        Some(Reach { frame: 0, point: self.point, target: self.target })
     }
 }
 
-pub(super) fn check_point(point: DVec3) -> Result<(), &'static str> {
-    if point.is_finite() { Ok(()) } else { Err("has a point that is not finite") }
+pub(super) fn check_point(point: DVec3) -> Result<(), Unfit> {
+    if point.is_finite() { Ok(()) } else { Err("has a point that is not finite".into()) }
 }
 
-pub(super) fn check_target(target: DVec3) -> Result<(), &'static str> {
-    if target.is_finite() { Ok(()) } else { Err("has a target that is not finite") }
+pub(super) fn check_target(target: DVec3) -> Result<(), Unfit> {
+    if target.is_finite() { Ok(()) } else { Err("has a target that is not finite".into()) }
 }
 
-/// The first three rows: where the point is, seen from where it should be.
+/// Three rows of part 0: where the point is, seen from where it should be.
 #[inline(always)]
 pub(super) fn evaluate_position(frame: &Frame<f64>, point: DVec3, target: DVec3, rows: &mut Rows<'_>) {
     let arm = frame.rotation.apply_constant(point).value();
     let residual = frame.origin.value() + arm - target;
-    rows.residual[..3].copy_from_slice(&residual.to_array());
+    let first = rows.open(0, residual.to_array());
     if rows.wants_jacobian() {
         // The point moves by v + ω × arm.
-        rows.derivative(0, 0).copy_from_slice(&[1.0, 0.0, 0.0, 0.0, arm.z, -arm.y]);
-        rows.derivative(0, 1).copy_from_slice(&[0.0, 1.0, 0.0, -arm.z, 0.0, arm.x]);
-        rows.derivative(0, 2).copy_from_slice(&[0.0, 0.0, 1.0, arm.y, -arm.x, 0.0]);
+        rows.by_frame(first, 0).copy_from_slice(&[1.0, 0.0, 0.0, 0.0, arm.z, -arm.y]);
+        rows.by_frame(first + 1, 0).copy_from_slice(&[0.0, 1.0, 0.0, -arm.z, 0.0, arm.x]);
+        rows.by_frame(first + 2, 0).copy_from_slice(&[0.0, 0.0, 1.0, arm.y, -arm.x, 0.0]);
     }
 }
 
@@ -99,7 +93,7 @@ mod tests {
     fn numbers_that_are_not_finite_are_refused() {
         let good = Position::new(JointId::from_index(0), DVec3::ZERO);
         assert!(good.check().is_ok());
-        assert!(Position { target: DVec3::NAN, ..good }.check().unwrap_err().contains("target"));
-        assert!(Position { point: DVec3::INFINITY, ..good }.check().unwrap_err().contains("point"));
+        assert!(Position { target: DVec3::NAN, ..good }.check().unwrap_err().reason.contains("target"));
+        assert!(Position { point: DVec3::INFINITY, ..good }.check().unwrap_err().reason.contains("point"));
     }
 }

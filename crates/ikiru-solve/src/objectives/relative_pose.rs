@@ -3,10 +3,11 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{JointId, Rotation, Vec3, rotation_vector};
 
-use crate::objective::{Inputs, Objective, Part, Rows, Unit};
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
 use crate::objectives::angles::inverse_right_jacobian;
 use crate::objectives::orientation::check_rotation;
 use crate::objectives::position::check_target;
+use crate::words::Unit;
 
 /// Holds one joint's frame at a place and rotation of another's: both hands on one box, a hand on the hip.
 ///
@@ -30,70 +31,59 @@ impl RelativePose {
     }
 }
 
-const METRES: Part = Part { n_rows: 3, unit: Unit::Metres };
-const RADIANS: Part = Part { n_rows: 3, unit: Unit::Radians };
-
 impl Objective for RelativePose {
     fn kind(&self) -> &'static str {
         "relative_pose"
     }
 
-    fn joints(&self) -> &[JointId] {
-        &self.joints
-    }
-
-    fn parts(&self) -> &[Part] {
-        match (self.position, self.rotation) {
-            (Some(_), Some(_)) => &[METRES, RADIANS],
-            (Some(_), None) => &[METRES],
-            (None, Some(_)) => &[RADIANS],
-            (None, None) => &[],
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frames(&self.joints)?;
+        if self.position.is_some() {
+            reads.part(Part::new(3, Unit::Metres))?;
         }
+        if self.rotation.is_some() {
+            reads.part(Part::new(3, Unit::Radians))?;
+        }
+        Ok(())
     }
 
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         self.position.map_or(Ok(()), check_target)?;
         self.rotation.map_or(Ok(()), check_rotation)
     }
 
-    fn evaluate(&self, inputs: &Inputs<'_>, rows: &mut Rows<'_>) {
-        let (base, frame) = (&inputs.frames[0], &inputs.frames[1]);
-        let mut first = 0;
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        let (base, frame) = (view.frame(0), view.frame(1));
         if let Some(position) = self.position {
             let apart = frame.origin - base.origin;
             let seen = base.rotation.apply_inverse(apart).value() - position;
-            rows.residual[..3].copy_from_slice(&seen.to_array());
+            let first = rows.open(0, seen.to_array());
             if rows.wants_jacobian() {
                 let axes = [base.rotation.x, base.rotation.y, base.rotation.z];
                 for (row, axis) in axes.into_iter().enumerate() {
                     // axis · (v − v_base − ω_base × apart)
                     let by_turn = axis.cross(apart).value();
                     let axis = axis.value();
-                    rows.derivative(0, row)[..3].copy_from_slice(&(-axis).to_array());
-                    rows.derivative(0, row)[3..].copy_from_slice(&by_turn.to_array());
-                    rows.derivative(1, row)[..3].copy_from_slice(&axis.to_array());
+                    rows.by_frame(first + row, 0)[..3].copy_from_slice(&(-axis).to_array());
+                    rows.by_frame(first + row, 0)[3..].copy_from_slice(&by_turn.to_array());
+                    rows.by_frame(first + row, 1)[..3].copy_from_slice(&axis.to_array());
                 }
             }
-            first = 3;
         }
         if let Some(rotation) = self.rotation {
             let wanted = Rotation::<f64>::constant(rotation.normalize());
             let seen = base.rotation.inverse().compose(&frame.rotation);
             let phi = rotation_vector(wanted.inverse().compose(&seen).quaternion());
-            rows.residual[first..first + 3].copy_from_slice(&phi.to_array());
+            let first = rows.open(usize::from(self.position.is_some()), phi.to_array());
             if rows.wants_jacobian() {
                 let inverse = inverse_right_jacobian(phi);
                 for row in 0..3 {
                     let by_world = frame.rotation.apply(Vec3::from(inverse.row(row))).value();
-                    rows.derivative(0, first + row)[3..].copy_from_slice(&(-by_world).to_array());
-                    rows.derivative(1, first + row)[3..].copy_from_slice(&by_world.to_array());
+                    rows.by_frame(first + row, 0)[3..].copy_from_slice(&(-by_world).to_array());
+                    rows.by_frame(first + row, 1)[3..].copy_from_slice(&by_world.to_array());
                 }
             }
         }
-    }
-
-    fn target(&self) -> Option<[f64; 3]> {
-        self.position.map(|p| p.to_array())
     }
 }
 

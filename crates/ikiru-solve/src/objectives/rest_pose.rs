@@ -1,10 +1,12 @@
 //! Rest pose: a gentle pull of every joint towards a given pose.
 
 use glam::DQuat;
-use ikiru_rig::{JointId, JointMotion, Pose, Rig, difference_joint};
+use ikiru_rig::{JointId, JointMotion, Pose, difference_joint};
 
-use crate::objective::{Inputs, JointRows, Objective, Part, Rows};
-use crate::objectives::known_rotation::turn_residual;
+use crate::layout::n_translations;
+use crate::objective::{JointCoords, Objective, Part, Reads, Rows, Unfit, View};
+use crate::objectives::known_rotation::{SLIDING, TURNING, open_turn};
+use crate::words::Unit;
 
 /// Pulls joints towards a pose: what decides between the many poses that reach a target.
 ///
@@ -42,84 +44,60 @@ impl Objective for RestPose {
         "rest_pose"
     }
 
-    fn joints(&self) -> &[JointId] {
-        &[]
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        let own = self.pose.rig();
+        let (mut n_turning, mut n_sliding) = (0, 0);
+        for &joint in &self.joints {
+            reads.motion(joint)?;
+            let rig = reads.rig();
+            let motion = &rig.joints()[joint.index()].motion;
+            let kind = own.get(joint).map(|joint| std::mem::discriminant(&joint.motion));
+            if kind != Some(std::mem::discriminant(motion)) || own.coords_of(joint) != rig.coords_of(joint) {
+                let reason = "has a pose of another rig than the problem";
+                return Err(Unfit { reason, joint: Some(joint) });
+            }
+            let n_translations = n_translations(motion);
+            n_sliding += n_translations;
+            n_turning += motion.n_dofs() - n_translations;
+        }
+        reads.part(Part::separable(n_turning, Unit::Radians))?;
+        reads.part(Part::separable(n_sliding, Unit::Metres))
     }
 
-    fn parts(&self) -> &[Part] {
-        &[]
+    fn check(&self) -> Result<(), Unfit> {
+        if self.pose.is_valid() { Ok(()) } else { Err("has a pose that is not finite".into()) }
     }
 
-    fn check(&self) -> Result<(), &'static str> {
-        if self.pose.is_valid() { Ok(()) } else { Err("has a pose that is not finite") }
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        let scale = 1.0 / (self.joints.len() as f64).sqrt();
+        for (idx, &joint) in self.joints.iter().enumerate() {
+            let JointCoords { motion, coords } = view.motion(idx);
+            let Some(rest) = self.pose.coords().get(self.pose.rig().coords_of(joint)) else { continue };
+            let mut difference = |part: usize, dof: usize, difference: f64| {
+                let row = rows.open(part, [scale * difference]);
+                if rows.wants_jacobian() {
+                    rows.by_motion(row, idx)[dof] = scale;
+                }
+            };
+            match motion {
+                JointMotion::Fixed => {}
+                JointMotion::Hinge { .. } | JointMotion::Euler { .. } => {
+                    let mut way = [0.0; 3];
+                    difference_joint(motion, rest, coords, &mut way[..coords.len()]);
+                    (0..coords.len()).for_each(|dof| difference(TURNING, dof, way[dof]));
+                }
+                JointMotion::Slider { .. } => difference(SLIDING, 0, coords[0] - rest[0]),
+                JointMotion::Ball { .. } => open_turn(DQuat::from_slice(rest), coords, scale, idx, rows),
+                JointMotion::Free { .. } => {
+                    (0..3).for_each(|dof| difference(SLIDING, dof, coords[dof] - rest[dof]));
+                    open_turn(DQuat::from_slice(&rest[3..]), coords, scale, idx, rows);
+                }
+            }
+        }
     }
-
-    fn evaluate(&self, _: &Inputs<'_>, _: &mut Rows<'_>) {}
 
     fn mandatory(&self) -> bool {
         false
-    }
-
-    fn joint_rows(&self) -> Option<&dyn JointRows> {
-        Some(self)
-    }
-}
-
-impl JointRows for RestPose {
-    fn joints(&self) -> &[JointId] {
-        &self.joints
-    }
-
-    fn check(&self, rig: &Rig) -> Result<(), &'static str> {
-        let own = self.pose.rig();
-        let is_same = |joint: &JointId| {
-            let kind = |rig: &Rig| rig.get(*joint).map(|joint| std::mem::discriminant(&joint.motion));
-            kind(own) == kind(rig) && own.coords_of(*joint) == rig.coords_of(*joint)
-        };
-        if self.joints.iter().all(is_same) {
-            Ok(())
-        } else {
-            Err("has a pose of another rig than the problem")
-        }
-    }
-
-    fn evaluate(
-        &self,
-        idx: usize,
-        motion: &JointMotion,
-        coords: &[f64],
-        residual: &mut [f64],
-        mut derivative: Option<&mut [f64]>,
-    ) {
-        let scale = 1.0 / (self.joints.len() as f64).sqrt();
-        let at = self.pose.rig().coords_of(self.joints[idx]);
-        let n = residual.len();
-        let Some(rest) = self.pose.coords().get(at).filter(|rest| rest.len() == coords.len()) else {
-            return; // a pose of another rig: refused when the solve starts
-        };
-        let translations = match motion {
-            JointMotion::Ball { .. } => 0,
-            JointMotion::Free { .. } => 3,
-            _ => {
-                difference_joint(motion, rest, coords, residual);
-                n
-            }
-        };
-        if let JointMotion::Free { .. } = motion {
-            for i in 0..3 {
-                residual[i] = coords[i] - rest[i];
-            }
-        }
-        for i in 0..translations {
-            residual[i] *= scale;
-            if let Some(derivative) = derivative.as_deref_mut() {
-                derivative[i * n + i] = scale;
-            }
-        }
-        if translations < n {
-            let target = DQuat::from_slice(&rest[translations..]);
-            turn_residual(target, &coords[translations..], scale, residual, derivative, translations);
-        }
     }
 }
 

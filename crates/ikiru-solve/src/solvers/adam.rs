@@ -1,6 +1,7 @@
 //! The paper's cautious Adam (equations 8 to 15), as its authors run it: gradients of the whole cost, clipped to the
 //! limits, the best of the clipped iterates kept.
 
+use crate::gradient::whole_gradient;
 use crate::layout::Layout;
 use crate::options::AdamOptions;
 use crate::problem::Problem;
@@ -56,6 +57,9 @@ impl Moments {
     }
 }
 
+/// The weight of the squares of what hard rows miss: this method knows no constraints.
+const HARD_WEIGHT: f64 = 1e3;
+
 /// Memory of the method.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Adam {
@@ -90,42 +94,35 @@ impl Adam {
         budget: &mut Budget,
     ) -> Outcome {
         let n = layout.n_dofs;
-        let mut best = cost;
-        let mut cost = cost;
+        let merit = |cost: f64, state: &State| cost + HARD_WEIGHT * state.hard_square(layout, problem);
+        let mut best = Outcome::new(cost, state.violation, StopReason::Converged, false);
+        let (mut cost, mut least) = (cost, merit(cost, state));
         self.moments.clear();
         self.best.copy_from_slice(&state.coords);
-        let stop = loop {
-            if bar.is_met(cost) {
+        best.stop = loop {
+            if bar.is_met(cost) && state.holds(layout, problem) {
                 break StopReason::Reached;
             }
-            if let Some(stop) = budget.spend() {
+            if let Some(stop) = budget.spend(state.memory.failure.is_some()) {
                 break stop;
             }
             state.linearize(layout, problem, false);
-            whole_gradient(layout, state, &mut self.gradient);
+            whole_gradient(layout, state, HARD_WEIGHT, &mut self.gradient);
             if n == 0 || self.gradient.iter().all(|g| *g == 0.0) {
                 break StopReason::Converged;
             }
             self.moments.step(options, &self.gradient, n, &mut self.delta);
             self.from.copy_from_slice(&state.coords);
             state.step(layout, &self.from, &self.delta);
-            cost = state.evaluate(layout, problem);
-            if cost < best {
-                best = cost;
+            cost = state.differentiate(layout, problem);
+            let now = merit(cost, state);
+            if now < least {
+                least = now;
+                (best.cost, best.violation) = (cost, state.violation);
                 self.best.copy_from_slice(&state.coords);
             }
         };
         state.coords.copy_from_slice(&self.best);
-        Outcome { cost: best, stop, is_evaluated: false }
-    }
-}
-
-/// The gradient of the cost by every degree of freedom.
-pub(crate) fn whole_gradient(layout: &Layout, state: &State, gradient: &mut [f64]) {
-    for (k, span) in layout.spans.iter().enumerate() {
-        let column = &state.jacobian[span.start..span.start + span.len];
-        let rows = &state.scaled[span.first..span.first + span.len];
-        let sum = column.iter().zip(rows).map(|(a, b)| a * b).sum::<f64>();
-        gradient[k] = 2.0 * (state.joint_gradient[k] + sum);
+        best
     }
 }

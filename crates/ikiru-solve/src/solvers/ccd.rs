@@ -7,15 +7,15 @@
 
 use ikiru_rig::Vec3;
 
-use crate::layout::{Layout, Mover, NONE};
-use crate::objective::{Loss, Reach};
+use crate::gradient::whole_gradient;
+use crate::layout::{Layout, Mover, NONE, TermLayout};
+use crate::objective::Reach;
 use crate::problem::Problem;
 use crate::report::StopReason;
-use crate::solvers::adam::whole_gradient;
 use crate::solvers::search::{Bar, Budget, Outcome};
 use crate::solvers::turn::{Pull, nudge, room};
 use crate::state::State;
-use crate::term::Term;
+use crate::words::Loss;
 
 /// A sweep that takes less than this part of the cost away is the last.
 const LEAST_GAIN: f64 = 1e-9;
@@ -65,12 +65,12 @@ impl Ccd {
         let mut cost = cost;
         let mut patience = bar.patience(cost);
         let is_closed = self.find_effectors(layout, problem);
-        let outcome = |cost, stop| Outcome { cost, stop, is_evaluated: true };
+        let outcome = |cost, stop| Outcome::new(cost, 0.0, stop, true);
         loop {
             if bar.is_met(cost) {
                 return outcome(cost, StopReason::Reached);
             }
-            if let Some(stop) = budget.spend() {
+            if let Some(stop) = budget.spend(state.memory.failure.is_some()) {
                 return outcome(cost, stop);
             }
             let before = cost;
@@ -97,15 +97,16 @@ impl Ccd {
         self.effectors.clear();
         for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {
             if let Some(reach) = problem.terms()[t.term].objective.reach() {
-                self.effectors.push(Effector { term: t.term, node: t.nodes[reach.joint], reach });
+                self.effectors.push(Effector { term: t.term, node: t.nodes[reach.frame], reach });
             }
         }
-        let n_on = problem.terms().iter().filter(|t| t.is_on).count();
-        let is_sum_of_squares = |t: &Term| {
-            let is_one = t.objective.parts().len() == 1 && t.objective.joint_rows().is_none();
-            is_one && (n_on == 1 || t.loss == Loss::Squared)
+        let on = || layout.terms.iter().filter(|t| problem.terms()[t.term].is_on);
+        let is_alone = on().count() == 1;
+        let is_sum_of_squares = |t: &TermLayout| {
+            let is_one = t.parts.len() == 1 && t.joint_reads.is_empty();
+            is_one && (is_alone || problem.terms()[t.term].loss == Loss::Squared)
         };
-        self.effectors.len() == n_on && problem.terms().iter().filter(|t| t.is_on).all(is_sum_of_squares)
+        self.effectors.len() == on().count() && on().all(is_sum_of_squares)
     }
 
     /// Moves one degree of freedom; the answer is the cost afterwards, at which `state` is evaluated.
@@ -211,10 +212,10 @@ impl Ccd {
     /// The Gauss–Newton step along one degree of freedom.
     fn newton(&mut self, layout: &Layout, problem: &Problem, state: &mut State, dof: usize) -> f64 {
         state.linearize(layout, problem, false);
-        whole_gradient(layout, state, &mut self.gradient);
+        whole_gradient(layout, state, 0.0, &mut self.gradient);
         let span = layout.spans[dof];
         let column = &state.jacobian[span.start..span.start + span.len];
-        let curvature = state.joint_curvature[dof] + column.iter().map(|a| a * a).sum::<f64>();
+        let curvature = state.own_curvature[dof] + column.iter().map(|a| a * a).sum::<f64>();
         if curvature > 0.0 { -0.5 * self.gradient[dof] / curvature } else { 0.0 }
     }
 }

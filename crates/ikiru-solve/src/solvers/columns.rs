@@ -2,7 +2,9 @@
 //! linearization, and its Cholesky factor for what is open.
 
 use crate::layout::{Layout, Span};
-use crate::solvers::rows::{Columns, OpenStep, StepSystem, SystemMemory, cholesky_solve};
+use crate::solvers::rows::{
+    Columns, OpenStep, StepSystem, SystemMemory, factor_cholesky, substitute_cholesky,
+};
 
 /// Many rows over few degrees of freedom. A column is the span of rows that its degree of freedom can move; the memory's
 /// matrix is the lower half of `JᵀJ`.
@@ -52,6 +54,9 @@ impl Columns for Tall<'_> {
 }
 
 impl StepSystem for Tall<'_> {
+    /// It lies in the memory.
+    type Factor = ();
+
     fn begin(&mut self) {
         let n = self.spans.len();
         for k in 0..n {
@@ -76,35 +81,56 @@ impl StepSystem for Tall<'_> {
     fn open(&mut self, _: usize, _: f64) {}
     fn close(&mut self, _: usize, _: f64) {}
 
-    fn solve_open(&mut self, step: &OpenStep<'_>, _: &mut [f64], delta: &mut [f64]) -> bool {
+    fn solve_open(&mut self, step: &OpenStep<'_>, y: &mut [f64], delta: &mut [f64]) -> bool {
+        let solved = self.factor(step).is_some();
+        if solved {
+            self.solve_factored(&(), step, y, delta);
+        }
+        solved
+    }
+
+    fn factor(&mut self, step: &OpenStep<'_>) -> Option<()> {
         let n = self.spans.len();
-        let mut memory = std::mem::take(&mut self.memory.factor);
-        // The right side lies behind the matrix.
-        let (factor, right) = memory.split_at_mut(n * n);
+        let (matrix, factor) = (&self.memory.matrix, &mut self.memory.factor[..n * n]);
         for k in 0..n {
             let row = &mut factor[k * n..=k * n + k];
             if step.open[k] {
-                row.copy_from_slice(&self.memory.matrix[k * n..=k * n + k]);
+                row.copy_from_slice(&matrix[k * n..=k * n + k]);
                 for (l, entry) in row[..k].iter_mut().enumerate() {
                     if !step.open[l] {
                         *entry = 0.0;
                     }
                 }
                 row[k] += step.damping / step.inverse[k];
-                right[k] = -(step.own.map_or(0.0, |own| own[k]) + self.dot(k, step.residual));
             } else {
                 row.fill(0.0);
-                (row[k], right[k]) = (1.0, 0.0);
+                row[k] = 1.0;
             }
         }
-        let is_solved = cholesky_solve(factor, n, right);
-        if is_solved {
-            for k in (0..n).filter(|k| step.open[*k]) {
-                delta[k] = right[k];
-            }
+        factor_cholesky(factor, n).then_some(())
+    }
+
+    fn solve_factored(&mut self, (): &(), step: &OpenStep<'_>, _: &mut [f64], delta: &mut [f64]) {
+        let n = self.spans.len();
+        let mut memory = std::mem::take(&mut self.memory.factor);
+        // The right side lies behind the matrix.
+        let (factor, right) = memory.split_at_mut(n * n);
+        for k in 0..n {
+            let pull = || step.own.map_or(0.0, |own| own[k]) + self.dot(k, step.residual);
+            right[k] = if step.open[k] { -pull() } else { 0.0 };
+        }
+        substitute_cholesky(factor, n, right);
+        for k in (0..n).filter(|k| step.open[*k]) {
+            delta[k] = right[k];
         }
         self.memory.factor = memory;
-        is_solved
+    }
+
+    fn respond(&mut self, (): &(), step: &OpenStep<'_>, v: &[f64], _: &mut [f64], out: &mut [f64]) {
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = if step.open[k] { v[k] } else { 0.0 };
+        }
+        substitute_cholesky(&self.memory.factor, self.spans.len(), out);
     }
 }
 
@@ -149,13 +175,23 @@ mod tests {
             }
             let (mut by_rows, mut by_columns) = (vec![0.25; n], vec![0.25; n]);
             let mut y = vec![0.0; n_rows];
-            assert!(rows.solve_open(&step, &mut y, &mut by_rows));
+            let v: Vec<f64> = (0..n).map(|_| random.between(-1.0, 1.0)).collect();
+            let (mut from_rows, mut from_columns) = (vec![0.25; n], vec![0.25; n]);
+            StepSystem::factor(&mut rows, &step).unwrap();
+            rows.solve_factored(&(), &step, &mut y, &mut by_rows);
+            rows.respond(&(), &step, &v, &mut y, &mut from_rows);
             let mut memory = SystemMemory::new(&layout);
             let mut columns = Tall::new(&layout, &jacobian, &mut memory);
             columns.begin();
             for _ in 0..2 {
                 // Twice: what was factored must not spoil what is kept.
-                assert!(columns.solve_open(&step, &mut y, &mut by_columns));
+                columns.factor(&step).unwrap();
+                columns.solve_factored(&(), &step, &mut y, &mut by_columns);
+                columns.respond(&(), &step, &v, &mut y, &mut from_columns);
+                for (k, (a, b)) in from_rows.iter().zip(&from_columns).enumerate() {
+                    assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()), "{a} is not {b}");
+                    assert!(open[k] || *b == 0.0, "what is closed does not answer");
+                }
                 for (k, (a, b)) in by_rows.iter().zip(&by_columns).enumerate() {
                     assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()), "{a} is not {b}");
                     assert!(open[k] || *b == 0.25, "what is closed keeps its step");

@@ -75,7 +75,7 @@ impl Fabrik {
             if bar.is_met(cost) {
                 break StopReason::Reached;
             }
-            if let Some(stop) = budget.spend() {
+            if let Some(stop) = budget.spend(state.memory.failure.is_some()) {
                 break stop;
             }
             self.before.copy_from_slice(&state.coords);
@@ -97,7 +97,7 @@ impl Fabrik {
             }
         };
         state.coords.copy_from_slice(&self.best);
-        Outcome { cost: best, stop, is_evaluated: false }
+        Outcome::new(best, 0.0, stop, false)
     }
 
     fn find_effectors(&mut self, layout: &Layout, problem: &Problem) {
@@ -108,7 +108,7 @@ impl Fabrik {
                 && term.is_on
                 && term.weight > 0.0
             {
-                let node = t.nodes[reach.joint];
+                let node = t.nodes[reach.frame];
                 self.effectors.push(Effector { node, weight: term.weight, reach });
             }
         }

@@ -12,10 +12,10 @@ use glam::{DQuat, DVec3};
 use ikiru_ipopt::{Bounds, Function, Options, Status, minimise};
 use ikiru_rig::{Cone, JointMotion, maths};
 
+use crate::gradient::whole_gradient;
 use crate::layout::Layout;
 use crate::problem::Problem;
 use crate::report::StopReason;
-use crate::solvers::adam::whole_gradient;
 use crate::solvers::search::{Bar, Budget, Outcome};
 use crate::state::State;
 
@@ -51,11 +51,11 @@ impl Ipopt {
         bar: &Bar,
         budget: &mut Budget,
     ) -> Outcome {
-        let outcome = |cost, stop| Outcome { cost, stop, is_evaluated: true };
+        let outcome = |cost, stop| Outcome::new(cost, 0.0, stop, true);
         if bar.is_met(cost) {
             return outcome(cost, StopReason::Reached);
         }
-        if let Some(stop) = budget.spend() {
+        if let Some(stop) = budget.spend(false) {
             return outcome(cost, stop);
         }
         let charts = Charts::new(layout, &state.coords);
@@ -102,7 +102,7 @@ impl Ipopt {
             Ok(Status::IterationLimit) => StopReason::IterationLimit,
             _ => asked.unwrap_or(StopReason::NoProgress),
         };
-        Outcome { cost: best, stop, is_evaluated: false }
+        Outcome::new(best, 0.0, stop, false)
     }
 }
 
@@ -321,7 +321,7 @@ impl Function for Cost<'_> {
             self.evaluate(x);
         }
         self.state.linearize(self.layout, self.problem, false);
-        whole_gradient(self.layout, self.state, &mut self.memory.gradient);
+        whole_gradient(self.layout, self.state, 0.0, &mut self.memory.gradient);
         self.charts.pull_back(&mut self.memory.gradient);
         for (to, dof) in gradient.iter_mut().zip(&self.charts.free) {
             *to = self.memory.gradient[*dof];
@@ -353,7 +353,7 @@ impl Function for Cost<'_> {
         }
         // The first iteration was counted before Ipopt began.
         if n_iterations > 0 {
-            self.stop = self.budget.spend();
+            self.stop = self.budget.spend(self.state.memory.failure.is_some());
         }
         self.stop.is_none()
     }
@@ -384,7 +384,7 @@ mod tests {
         problem.add(1.0, PoseTarget::new(joint, random.vector(0.5), random.rotation()));
         let joints: Vec<JointId> = problem.active().collect();
         problem.add(0.1, RestPose::new(&joints, rig.rest_pose()));
-        let layout = Layout::new(&problem);
+        let layout = Layout::new(&problem).unwrap();
         let mut state = State::new(&layout);
         assert!(state.load(&layout, &random_pose(rig, &mut random)));
         state.project(&layout);
@@ -400,7 +400,7 @@ mod tests {
             state: &mut state,
             charts,
             memory: &mut memory,
-            bar: &Bar { cost_below: None, nothing: 0.0, impatient: false },
+            bar: &Bar { cost_below: None, nothing: 0.0, largest_weight: 1.0, impatient: false },
             budget: &mut Budget::new(&options),
             best: f64::INFINITY,
             at: Vec::new(),

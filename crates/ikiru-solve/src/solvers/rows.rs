@@ -18,12 +18,18 @@ pub(crate) trait Columns {
 
 /// A symmetric positive definite system over rows, built from columns of a Jacobian.
 pub(crate) trait RowSystem: Columns {
+    /// What [`factor`](Self::factor) makes.
+    type RowFactor;
     /// `A := 0`
     fn clear(&mut self);
     /// `A += factor · j_k j_kᵀ`
     fn add_outer(&mut self, k: usize, factor: f64);
-    /// `x := (A + damping · I)⁻¹ x`; false where that is not positive definite. `A` stays as it is.
+    /// Factors `A + damping · I`; `None` where that is not positive definite. `A` stays as it is.
+    fn factor(&mut self, damping: f64) -> Option<Self::RowFactor>;
+    /// `x := (A + damping · I)⁻¹ x` at once; false where that is not positive definite.
     fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool;
+    /// `x := (A + damping · I)⁻¹ x`, as it was factored.
+    fn substitute(&self, factor: &Self::RowFactor, x: &mut [f64]);
 }
 
 /// What a step is solved for: `min ‖J δ + r‖² + δᵀ D δ + 2 gᵀ δ` over the open degrees of freedom.
@@ -39,8 +45,10 @@ pub(crate) struct OpenStep<'a> {
     pub(crate) residual: &'a [f64],
 }
 
-/// What solves for a step, over rows or over degrees of freedom.
+/// What solves for a step, over rows or over degrees of freedom: the matrix `H = JᵀJ + D` of what is open.
 pub(crate) trait StepSystem: Columns {
+    /// What [`factor`](Self::factor) makes.
+    type Factor;
     /// Takes over a new linearization.
     fn begin(&mut self);
     /// Closes every degree of freedom.
@@ -52,9 +60,30 @@ pub(crate) trait StepSystem: Columns {
     /// Solves for the open ones; the others keep their `delta`. `y` is memory over rows. False where the system is
     /// not positive definite.
     fn solve_open(&mut self, step: &OpenStep<'_>, y: &mut [f64], delta: &mut [f64]) -> bool;
+    /// Factors the system of the open ones; `None` where it is not positive definite.
+    fn factor(&mut self, step: &OpenStep<'_>) -> Option<Self::Factor>;
+    /// Solves for the open ones as they were factored.
+    fn solve_factored(
+        &mut self,
+        factor: &Self::Factor,
+        step: &OpenStep<'_>,
+        y: &mut [f64],
+        delta: &mut [f64],
+    );
+    /// `out := H⁻¹ v` of the open ones, 0 for the others.
+    fn respond(
+        &mut self,
+        factor: &Self::Factor,
+        step: &OpenStep<'_>,
+        v: &[f64],
+        y: &mut [f64],
+        out: &mut [f64],
+    );
 }
 
 impl<T: RowSystem> StepSystem for T {
+    type Factor = T::RowFactor;
+
     #[inline(always)]
     fn begin(&mut self) {}
 
@@ -75,26 +104,79 @@ impl<T: RowSystem> StepSystem for T {
 
     #[inline(always)]
     fn solve_open(&mut self, step: &OpenStep<'_>, y: &mut [f64], delta: &mut [f64]) -> bool {
-        let n = step.open.len();
-        let (inverse, delta, damping) = (&step.inverse[..n], &mut delta[..n], step.damping);
-        y.copy_from_slice(step.residual);
-        if let Some(own) = step.own {
-            for k in 0..n {
-                if step.open[k] {
-                    self.add_column(k, -inverse[k] * own[k] / damping, y);
-                }
-            }
-        }
-        if !self.solve(damping, y) {
+        right_side(self, step, y);
+        if !self.solve(step.damping, y) {
             return false;
         }
-        for k in 0..n {
-            if step.open[k] {
-                let own = step.own.map_or(0.0, |own| own[k] / damping);
-                delta[k] = -inverse[k] * (own + self.dot(k, y));
+        step_of_rows(self, step, y, delta);
+        true
+    }
+
+    #[inline(always)]
+    fn factor(&mut self, step: &OpenStep<'_>) -> Option<T::RowFactor> {
+        RowSystem::factor(self, step.damping)
+    }
+
+    #[inline(always)]
+    fn solve_factored(
+        &mut self,
+        factor: &T::RowFactor,
+        step: &OpenStep<'_>,
+        y: &mut [f64],
+        delta: &mut [f64],
+    ) {
+        right_side(self, step, y);
+        self.substitute(factor, y);
+        step_of_rows(self, step, y, delta);
+    }
+
+    #[inline(always)]
+    fn respond(
+        &mut self,
+        factor: &T::RowFactor,
+        step: &OpenStep<'_>,
+        v: &[f64],
+        y: &mut [f64],
+        out: &mut [f64],
+    ) {
+        y.fill(0.0);
+        for (k, v) in v.iter().enumerate() {
+            if step.open[k] && *v != 0.0 {
+                self.add_column(k, step.inverse[k] * v / step.damping, y);
             }
         }
-        true
+        self.substitute(factor, y);
+        for (k, v) in v.iter().enumerate() {
+            out[k] = if step.open[k] { step.inverse[k] * (v / step.damping - self.dot(k, y)) } else { 0.0 };
+        }
+    }
+}
+
+/// `y := r − J D⁻¹ g`
+#[inline(always)]
+fn right_side(rows: &impl Columns, step: &OpenStep<'_>, y: &mut [f64]) {
+    let n = step.open.len();
+    let (inverse, damping) = (&step.inverse[..n], step.damping);
+    y.copy_from_slice(step.residual);
+    if let Some(own) = step.own {
+        for k in 0..n {
+            if step.open[k] {
+                rows.add_column(k, -inverse[k] * own[k] / damping, y);
+            }
+        }
+    }
+}
+
+/// `δ = −D⁻¹ (g + Jᵀ y)`
+#[inline(always)]
+fn step_of_rows(rows: &impl Columns, step: &OpenStep<'_>, y: &[f64], delta: &mut [f64]) {
+    let n = step.open.len();
+    let (inverse, delta) = (&step.inverse[..n], &mut delta[..n]);
+    for k in 0..n {
+        if step.open[k] {
+            let own = step.own.map_or(0.0, |own| own[k] / step.damping);
+            delta[k] = -inverse[k] * (own + rows.dot(k, y));
+        }
     }
 }
 
@@ -139,6 +221,8 @@ impl<const M: usize> Columns for Dense<'_, M> {
 }
 
 impl<const M: usize> RowSystem for Dense<'_, M> {
+    type RowFactor = [[f64; M]; M];
+
     #[inline(always)]
     fn clear(&mut self) {
         self.matrix = [[0.0; M]; M];
@@ -156,25 +240,24 @@ impl<const M: usize> RowSystem for Dense<'_, M> {
     }
 
     #[inline(always)]
-    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
-        let Some(x) = x.first_chunk_mut::<M>() else { return false };
+    fn factor(&mut self, damping: f64) -> Option<[[f64; M]; M]> {
         let mut a = self.matrix;
-        for i in 0..M {
-            for j in 0..i {
-                let mut sum = a[i][j];
-                for k in 0..j {
-                    sum -= a[i][k] * a[j][k];
-                }
-                a[i][j] = sum * a[j][j];
-            }
-            let diagonal = a[i][i] + damping;
-            let mut sum = diagonal;
-            for k in 0..i {
-                sum -= a[i][k] * a[i][k];
-            }
-            let Some(reciprocal) = reciprocal_root(sum, diagonal) else { return false };
-            a[i][i] = reciprocal;
+        factor_known(&mut a, damping).then_some(a)
+    }
+
+    #[inline(always)]
+    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
+        let mut a = self.matrix;
+        if !factor_known(&mut a, damping) {
+            return false;
         }
+        self.substitute(&a, x);
+        true
+    }
+
+    #[inline(always)]
+    fn substitute(&self, a: &[[f64; M]; M], x: &mut [f64]) {
+        let Some(x) = x.first_chunk_mut::<M>() else { return };
         for i in 0..M {
             let mut sum = x[i];
             for k in 0..i {
@@ -189,8 +272,30 @@ impl<const M: usize> RowSystem for Dense<'_, M> {
             }
             x[i] = sum * a[i][i];
         }
-        true
     }
+}
+
+/// Puts its Cholesky factor in the place of a matrix with damping on its diagonal, reciprocals on the diagonal; false where
+/// it is not positive definite.
+#[inline(always)]
+fn factor_known<const M: usize>(a: &mut [[f64; M]; M], damping: f64) -> bool {
+    for i in 0..M {
+        for j in 0..i {
+            let mut sum = a[i][j];
+            for k in 0..j {
+                sum -= a[i][k] * a[j][k];
+            }
+            a[i][j] = sum * a[j][j];
+        }
+        let diagonal = a[i][i] + damping;
+        let mut sum = diagonal;
+        for k in 0..i {
+            sum -= a[i][k] * a[i][k];
+        }
+        let Some(reciprocal) = reciprocal_root(sum, diagonal) else { return false };
+        a[i][i] = reciprocal;
+    }
+    true
 }
 
 /// The reciprocal of a pivot's root; `None` where rounding has eaten the pivot.
@@ -260,6 +365,9 @@ impl Columns for Sparse<'_> {
 }
 
 impl RowSystem for Sparse<'_> {
+    /// It lies in the memory.
+    type RowFactor = ();
+
     fn clear(&mut self) {
         self.memory.matrix.fill(0.0);
     }
@@ -275,20 +383,32 @@ impl RowSystem for Sparse<'_> {
         }
     }
 
-    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
+    fn factor(&mut self, damping: f64) -> Option<()> {
         let m = self.n_rows;
         let a = &mut self.memory.factor[..m * m];
         a.copy_from_slice(&self.memory.matrix);
         for i in 0..m {
             a[i * m + i] += damping;
         }
-        cholesky_solve(a, m, x)
+        factor_cholesky(a, m).then_some(())
+    }
+
+    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
+        let solved = RowSystem::factor(self, damping).is_some();
+        if solved {
+            self.substitute(&(), x);
+        }
+        solved
+    }
+
+    fn substitute(&self, (): &(), x: &mut [f64]) {
+        substitute_cholesky(&self.memory.factor, self.n_rows, x);
     }
 }
 
-/// `x := A⁻¹ x` for the lower half of a symmetric `A` (`m × m`), which its Cholesky factor takes the place of, with
-/// reciprocals on the diagonal. False where `A` is not positive definite.
-pub(crate) fn cholesky_solve(a: &mut [f64], m: usize, x: &mut [f64]) -> bool {
+/// Puts its Cholesky factor in the place of the lower half of a symmetric matrix (`m × m`), with reciprocals on the
+/// diagonal. False where the matrix is not positive definite.
+pub(crate) fn factor_cholesky(a: &mut [f64], m: usize) -> bool {
     for i in 0..m {
         let (above, row) = a.split_at_mut(i * m);
         let row = &mut row[..=i];
@@ -305,6 +425,11 @@ pub(crate) fn cholesky_solve(a: &mut [f64], m: usize, x: &mut [f64]) -> bool {
         let Some(reciprocal) = reciprocal_root(diagonal - square, diagonal) else { return false };
         row[i] = reciprocal;
     }
+    true
+}
+
+/// `x := A⁻¹ x` for a matrix that was [factored](factor_cholesky).
+pub(crate) fn substitute_cholesky(a: &[f64], m: usize, x: &mut [f64]) {
     for i in 0..m {
         let row = &a[i * m..=i * m + i];
         let known: f64 = row[..i].iter().zip(&x[..i]).map(|(a, b)| a * b).sum();
@@ -318,7 +443,6 @@ pub(crate) fn cholesky_solve(a: &mut [f64], m: usize, x: &mut [f64]) -> bool {
             *b -= l * this[0];
         }
     }
-    true
 }
 
 #[cfg(test)]
@@ -343,7 +467,10 @@ mod tests {
         }
         let b = [1.0, -2.0, 0.5, 3.0, 0.0, -1.0];
         let (mut x, mut y) = (b, b);
-        assert!(dense.solve(0.1, &mut x) && sparse.solve(0.1, &mut y));
+        let factor = RowSystem::factor(&mut dense, 0.1).unwrap();
+        dense.substitute(&factor, &mut x);
+        RowSystem::factor(&mut sparse, 0.1).unwrap();
+        sparse.substitute(&(), &mut y);
         // (A + 0.1 I) x = b, recomputed from the columns.
         let mut back = x.map(|v| 0.1 * v);
         for k in 0..4 {
@@ -353,6 +480,6 @@ mod tests {
         for i in 0..6 {
             assert!((x[i] - y[i]).abs() < 1e-12 && (back[i] - b[i]).abs() < 1e-12);
         }
-        assert!(!dense.solve(0.0, &mut x), "four columns do not span six rows");
+        assert!(RowSystem::factor(&mut dense, 0.0).is_none(), "four columns do not span six rows");
     }
 }

@@ -22,9 +22,26 @@ const SCREENED: usize = 3;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outcome {
     pub(crate) cost: f64,
+    /// By how much hard rows are missed.
+    pub(crate) violation: f64,
     pub(crate) stop: StopReason,
     /// Whether the state was evaluated last at the pose that it holds.
     pub(crate) is_evaluated: bool,
+}
+
+/// Hard rows that are missed by less than this in all (metres, radians) count as held when poses are compared.
+const HELD: f64 = 1e-6;
+
+impl Outcome {
+    pub(crate) fn new(cost: f64, violation: f64, stop: StopReason, is_evaluated: bool) -> Self {
+        Self { cost, violation, stop, is_evaluated }
+    }
+
+    /// Whether it is better than another one: what is hard comes first.
+    fn is_better(&self, other: &Self) -> bool {
+        let (own, others) = (self.violation.max(HELD), other.violation.max(HELD));
+        if own == others { self.cost < other.cost } else { own < others }
+    }
 }
 
 /// What counts as done.
@@ -33,6 +50,8 @@ pub(crate) struct Bar {
     pub(crate) cost_below: Option<f64>,
     /// A cost below this is nothing but rounding.
     pub(crate) nothing: f64,
+    /// The largest weight of a term, at least 1: what a metre or radian of a missed hard row counts when starts are chosen.
+    pub(crate) largest_weight: f64,
     /// Whether another start waits, so that a slow one is given up.
     pub(crate) impatient: bool,
 }
@@ -45,7 +64,7 @@ impl Bar {
     pub(crate) fn new(cost_below: Option<f64>, problem: &Problem, impatient: bool) -> Self {
         // Weights that are all tiny make every cost tiny, whether or not the terms are met.
         let largest = problem.terms().iter().filter(|t| t.is_on).map(|t| t.weight).fold(0.0, f64::max);
-        Self { cost_below, nothing: NOTHING * largest.min(1.0), impatient }
+        Self { cost_below, nothing: NOTHING * largest.min(1.0), largest_weight: largest.max(1.0), impatient }
     }
 
     /// Whether the solve may end here. Without `cost_below` only a pose that meets every term exactly, within
@@ -125,10 +144,13 @@ impl Budget {
         self.of_this_start = 0;
     }
 
-    /// Counts one more iteration, or says why there may be none (equations 21, 23 and 24: with the mean
+    /// Counts one more iteration, or says why there may be none: an objective gave up, or a budget is used up (equations 21, 23 and 24: with the mean
     /// time of an iteration so far, one more would end after the budget).
     #[inline]
-    pub(crate) fn spend(&mut self) -> Option<StopReason> {
+    pub(crate) fn spend(&mut self, has_failed: bool) -> Option<StopReason> {
+        if has_failed {
+            return Some(StopReason::ObjectiveFailed);
+        }
         if self.of_this_start >= self.most {
             return Some(StopReason::IterationLimit);
         }
@@ -205,27 +227,29 @@ impl Searcher {
         self.best.copy_from_slice(&state.coords);
         let mut restarts = 0;
         let mut success = self.succeeded(options, layout, problem, state, &mut best);
-        while !success && restarts < max_restarts && best.stop != StopReason::TimeBudget {
+        while !success && restarts < max_restarts && !best.stop.is_final() {
             budget.next_start();
-            let cost = self.screen(layout, problem, state, restarts);
+            let cost = self.screen(layout, problem, state, &bar, restarts);
             restarts += 1;
             let mut outcome = self.run_once(options, layout, problem, state, cost, &bar, budget);
             success = self.succeeded(options, layout, problem, state, &mut outcome);
-            if success || outcome.cost < best.cost {
+            if success || outcome.is_better(&best) {
                 best = outcome;
                 self.best.copy_from_slice(&state.coords);
-            } else if outcome.stop == StopReason::TimeBudget {
+            } else if outcome.stop.is_final() {
                 best.stop = outcome.stop;
             }
         }
-        if success {
+        // What is hard is held to the last digit, not just within its tolerance.
+        let is_given_up = best.stop == StopReason::NoProgress && layout.n_force_rows > 0;
+        if success && !(is_given_up && options.cost_below.is_none()) {
             // The last start is the best one, and `state` still holds it.
             return (best, restarts);
         }
         state.coords.copy_from_slice(&self.best);
         let cost = state.evaluate(layout, problem);
         best.is_evaluated = true;
-        if best.stop != StopReason::TimeBudget {
+        if !best.stop.is_final() {
             // Starts were given up while others waited: the best of them is now followed to its end.
             bar.impatient = false;
             budget.next_start();
@@ -244,13 +268,16 @@ impl Searcher {
         outcome: &mut Outcome,
     ) -> bool {
         match options.cost_below {
-            Some(bar) => outcome.cost < bar,
-            None => {
+            Some(bar) if layout.n_force_rows == 0 => outcome.cost < bar,
+            bar => {
                 if !outcome.is_evaluated {
                     state.evaluate(layout, problem);
                     outcome.is_evaluated = true;
                 }
-                state.is_satisfied(layout, problem)
+                match bar {
+                    Some(bar) => outcome.cost < bar && state.holds(layout, problem),
+                    None => state.is_satisfied(layout, problem),
+                }
             }
         }
     }
@@ -275,23 +302,31 @@ impl Searcher {
         }
     }
 
-    /// Looks at some poses of the sequence and leaves the cheapest in `state`, evaluated.
-    fn screen(&mut self, layout: &Layout, problem: &Problem, state: &mut State, restart: usize) -> f64 {
-        let mut best = f64::INFINITY;
+    /// Looks at some poses of the sequence and leaves the best in `state`, evaluated; the answer is its cost.
+    fn screen(
+        &mut self,
+        layout: &Layout,
+        problem: &Problem,
+        state: &mut State,
+        bar: &Bar,
+        restart: usize,
+    ) -> f64 {
+        let (mut best, mut cost_of_best) = (f64::INFINITY, f64::INFINITY);
         let mut last = 0;
         for i in 0..SCREENED {
             self.seeds.write(layout, restart * SCREENED + i, &self.start, &mut state.coords);
             let cost = state.evaluate(layout, problem);
-            if cost < best || i == 0 {
-                best = cost;
+            let merit = cost + bar.largest_weight * state.violation;
+            if merit < best || i == 0 {
+                (best, cost_of_best) = (merit, cost);
                 last = i;
                 self.screened.copy_from_slice(&state.coords);
             }
         }
         if last + 1 < SCREENED {
             state.coords.copy_from_slice(&self.screened);
-            best = state.evaluate(layout, problem);
+            cost_of_best = state.evaluate(layout, problem);
         }
-        best
+        cost_of_best
     }
 }

@@ -9,9 +9,10 @@
 
 use glam::{DMat3, DQuat};
 
-use crate::layout::{Layout, Mover};
+use crate::layout::{Layout, Mover, PartLayout, Place};
 use crate::problem::Problem;
 use crate::solvers::columns::Tall;
+use crate::solvers::forces::{Forces, Held};
 use crate::solvers::rows::{Columns, Dense, OpenStep, Sparse, StepSystem, SystemMemory};
 use crate::state::State;
 
@@ -32,7 +33,7 @@ pub(crate) struct StepSolver {
     gradient: Vec<f64>,
     /// Half the gradient and the curvature of the joint rows, by the same axes; the curvature of
     /// limits that hold the pose back is added.
-    joint_gradient: Vec<f64>,
+    own_gradient: Vec<f64>,
     curvature: Vec<f64>,
     /// How far each degree of freedom may move down (not positive) and up (not negative).
     room: Vec<(f64, f64)>,
@@ -43,6 +44,10 @@ pub(crate) struct StepSolver {
     /// Damping over `D`, for each degree of freedom.
     inverse: Vec<f64>,
     memory: SystemMemory,
+    /// Rows with a force of their own.
+    pub(crate) forces: Forces,
+    /// Residuals of the base's rows that a corrected step is solved for.
+    corrected: Vec<f64>,
     residual: Vec<f64>,
     y: Vec<f64>,
     /// The step, by the axes of the bases.
@@ -90,13 +95,15 @@ impl StepSolver {
             jacobian: vec![0.0; layout.n_jacobian],
             gradient: vec![0.0; n],
             bases: vec![DMat3::IDENTITY; layout.movers.len()],
-            joint_gradient: vec![0.0; n],
+            own_gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             room: vec![(0.0, 0.0); n],
             free: vec![true; n],
             open: vec![true; n],
             inverse: vec![1.0; n],
             memory: SystemMemory::new(layout),
+            forces: Forces::new(layout),
+            corrected: vec![0.0; if layout.n_force_rows > 0 { m } else { 0 }],
             residual: vec![0.0; m],
             y: vec![0.0; m],
             delta: vec![0.0; n],
@@ -105,15 +112,18 @@ impl StepSolver {
     }
 
     /// Takes over a linearization: the gradient, and what the limits block. The answer is the largest
-    /// remaining entry of the gradient.
-    pub(crate) fn begin(&mut self, layout: &Layout, state: &State) -> f64 {
+    /// remaining entry of the gradient, less what the forces do that are known from the step before.
+    pub(crate) fn begin(&mut self, layout: &Layout, state: &State, problem: &Problem) -> f64 {
         for (k, room) in self.room.iter_mut().enumerate() {
             let x = state.coords[layout.coord_of_dof[k]];
             *room = (layout.lower[k] - x, layout.upper[k] - x);
         }
-        if layout.has_joint_rows || layout.has_cones {
-            self.joint_gradient.copy_from_slice(&state.joint_gradient);
-            self.curvature.copy_from_slice(&state.joint_curvature);
+        if layout.has_own || layout.has_cones {
+            self.own_gradient.copy_from_slice(&state.own_gradient);
+            self.curvature.copy_from_slice(&state.own_curvature);
+        }
+        if !self.forces.is_empty() {
+            self.forces.begin(layout, state, problem);
         }
         if layout.has_cones {
             self.jacobian.copy_from_slice(&state.jacobian);
@@ -139,13 +149,19 @@ impl StepSolver {
         let (gradient, room, free) = (&mut self.gradient[..n], &self.room[..n], &mut self.free[..n]);
         let mut largest = 0.0_f64;
         for k in 0..n {
-            let g = self.joint_gradient[k] + rows.dot(k, &state.scaled);
+            gradient[k] = self.own_gradient[k] + rows.dot(k, &state.scaled);
+        }
+        if !self.forces.is_empty() {
+            self.forces.balance(n, gradient);
+        }
+        for k in 0..n {
+            let g = gradient[k];
             let (down, up) = room[k];
             let blocked = (down >= -ON_LIMIT && (g > 0.0 || up <= ON_LIMIT)) || (up <= ON_LIMIT && g < 0.0);
             if !blocked {
                 largest = largest.max(g.abs());
             }
-            (gradient[k], free[k]) = (g, !blocked);
+            free[k] = !blocked;
         }
         largest
     }
@@ -163,7 +179,7 @@ impl StepSolver {
             let turned = into_basis * glam::DVec3::from_slice(v);
             v[..3].copy_from_slice(&turned.to_array());
         };
-        turn(&mut self.joint_gradient[at..at + 3]);
+        turn(&mut self.own_gradient[at..at + 3]);
         let span = layout.spans[at];
         for row in 0..span.len {
             let index = |k: usize| layout.spans[at + k].start + row;
@@ -172,6 +188,9 @@ impl StepSolver {
             for (k, e) in entry.into_iter().enumerate() {
                 self.jacobian[index(k)] = e;
             }
+        }
+        for row in self.forces.jacobian.chunks_exact_mut(layout.n_dofs) {
+            turn(&mut row[at..at + 3]);
         }
     }
 
@@ -196,18 +215,47 @@ impl StepSolver {
         let mut largest = 0.0_f64;
         for (k, span) in layout.spans.iter().enumerate() {
             let column = &state.jacobian[span.start..span.start + span.len];
-            largest = largest.max(state.joint_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
+            largest = largest.max(state.own_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
         }
         largest
     }
 
     /// Computes `delta` for a damping. False where the system cannot be solved with so little damping.
     pub(crate) fn solve(&mut self, layout: &Layout, state: &State, damping: f64) -> bool {
+        self.solve_for(layout, state, &state.scaled[..layout.n_rows], damping)
+    }
+
+    /// Solves once more at the same place, for the residuals at the trial that the last step led to, less what the linear
+    /// model says of them: the step that their curvature asks for (a second-order correction).
+    pub(crate) fn correct(&mut self, layout: &Layout, state: &State, damping: f64) -> bool {
+        let mut corrected = std::mem::take(&mut self.corrected);
+        self.y.fill(0.0);
+        let mut memory = std::mem::take(&mut self.memory);
+        let jacobian = if layout.has_cones { &self.jacobian } else { &state.jacobian };
+        with_rows!(layout, jacobian, &mut memory, rows => {
+            for (k, d) in self.delta.iter().enumerate() {
+                rows.add_column(k, *d, &mut self.y);
+            }
+        });
+        self.memory = memory;
+        corrected.fill(0.0);
+        for (idx, part) in layout.parts.iter().enumerate().filter(|(_, part)| part.place == Place::Step) {
+            let scale = state.weights[idx].sqrt();
+            for row in part.row..part.row + part.n_rows {
+                corrected[row] = scale * state.residual[row] - self.y[row];
+            }
+        }
+        self.forces.aim_from(layout, state, &self.delta);
+        let solved = self.solve_for(layout, state, &corrected, damping);
+        self.corrected = corrected;
+        solved
+    }
+
+    fn solve_for(&mut self, layout: &Layout, state: &State, residual: &[f64], damping: f64) -> bool {
         let blocked = std::mem::take(&mut self.jacobian);
         let mut memory = std::mem::take(&mut self.memory);
         let jacobian = if layout.has_cones { &blocked } else { &state.jacobian };
-        let solved =
-            with_rows!(layout, jacobian, &mut memory, rows => self.solve_rows(layout, state, rows, damping));
+        let solved = with_rows!(layout, jacobian, &mut memory, rows => self.solve_rows(layout, residual, rows, damping));
         (self.jacobian, self.memory) = (blocked, memory);
         solved
     }
@@ -216,16 +264,16 @@ impl StepSolver {
     fn solve_rows(
         &mut self,
         layout: &Layout,
-        state: &State,
+        residual: &[f64],
         mut rows: impl StepSystem,
         damping: f64,
     ) -> bool {
         let n = layout.n_dofs;
         self.open.copy_from_slice(&self.free);
-        self.residual.copy_from_slice(&state.scaled);
+        self.residual.copy_from_slice(residual);
         self.delta.fill(0.0);
         rows.clear();
-        let has_curvature = layout.has_joint_rows || layout.has_cones;
+        let has_curvature = layout.has_own || layout.has_cones;
         let (inverse, free) = (&mut self.inverse[..n], &self.free[..n]);
         for k in 0..n {
             if has_curvature {
@@ -234,6 +282,21 @@ impl StepSolver {
             if free[k] {
                 rows.open(k, inverse[k]);
             }
+        }
+        if !self.forces.is_empty() {
+            let mut held = Held {
+                open: &mut self.open,
+                room: &self.room,
+                inverse: &self.inverse,
+                own: layout.has_own.then_some(&self.own_gradient[..n]),
+                damping,
+                residual: &mut self.residual,
+                y: &mut self.y,
+                delta: &mut self.delta,
+            };
+            let solved = self.forces.solve(&mut rows, &mut held);
+            self.write_tangent(layout);
+            return solved;
         }
         for round in 0..MOST_ROUNDS {
             if !self.solve_open(layout, &mut rows, damping) {
@@ -247,6 +310,13 @@ impl StepSolver {
         for (delta, (down, up)) in self.delta.iter_mut().zip(&self.room) {
             *delta = delta.max(*down).min(*up);
         }
+        self.write_tangent(layout);
+        true
+    }
+
+    /// The step as a tangent, from that by the axes of the bases.
+    #[inline(always)]
+    fn write_tangent(&mut self, layout: &Layout) {
         self.tangent.copy_from_slice(&self.delta);
         if layout.has_cones {
             for (m, basis) in layout.movers.iter().zip(&self.bases) {
@@ -257,14 +327,13 @@ impl StepSolver {
                 }
             }
         }
-        true
     }
 
     /// Solves for the open degrees of freedom; the others keep their `delta`.
     #[inline(always)]
     fn solve_open(&mut self, layout: &Layout, rows: &mut impl StepSystem, damping: f64) -> bool {
         let n = layout.n_dofs;
-        let own = layout.has_joint_rows.then_some(&self.joint_gradient[..n]);
+        let own = layout.has_own.then_some(&self.own_gradient[..n]);
         let (open, inverse, residual) = (&self.open[..n], &self.inverse[..n], &self.residual[..]);
         let step = OpenStep { open, inverse, own, damping, residual };
         rows.solve_open(&step, &mut self.y, &mut self.delta)
@@ -288,9 +357,9 @@ impl StepSolver {
         crossed
     }
 
-    /// The cost that the linear model promises for `delta`, losses and all.
-    pub(crate) fn predicted_cost(&mut self, layout: &Layout, state: &State, problem: &Problem) -> f64 {
-        self.y.copy_from_slice(&state.scaled);
+    /// The cost that the linear model promises for `delta`, losses and all, and by how much hard rows are then missed.
+    pub(crate) fn predicted(&mut self, layout: &Layout, state: &State, problem: &Problem) -> (f64, f64) {
+        self.y.copy_from_slice(&state.scaled[..layout.n_rows]);
         let mut memory = std::mem::take(&mut self.memory);
         let (delta, y) = (&self.delta[..layout.n_dofs], &mut self.y);
         let jacobian = if layout.has_cones { &self.jacobian } else { &state.jacobian };
@@ -301,27 +370,32 @@ impl StepSolver {
         });
         self.memory = memory;
         let mut cost = 0.0;
-        if layout.has_joint_rows || layout.has_cones {
+        if layout.has_own || layout.has_cones {
             for (k, d) in delta.iter().enumerate() {
-                cost += d * (2.0 * self.joint_gradient[k] + d * self.curvature[k]);
+                cost += d * (2.0 * self.own_gradient[k] + d * self.curvature[k]);
             }
         }
-        for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {
+        for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on && !t.is_hard) {
             let term = &problem.terms()[t.term];
             let loss = term.loss;
-            let mut row = t.rows.start;
-            for part in t.frame_parts() {
-                let rows = &self.y[row..row + layout.parts[part].n_rows];
-                row += rows.len();
-                if state.weights[part] > 0.0 {
+            for part in t.parts.clone() {
+                let PartLayout { place, row, n_rows, .. } = layout.parts[part];
+                if let Place::Own { .. } = place {
+                    cost += term.weight * loss.cost(state.squares[part]);
+                } else if place == Place::Step && state.weights[part] > 0.0 {
+                    let rows = &self.y[row..row + n_rows];
                     let square = rows.iter().map(|r| r * r).sum::<f64>() / state.weights[part];
                     cost += term.weight * loss.cost(square);
                 }
             }
-            for part in t.joint_parts() {
-                cost += term.weight * loss.cost(state.squares[part]);
+            if t.has_potential {
+                cost += term.weight * state.values[t.term];
             }
         }
-        cost
+        if self.forces.is_empty() {
+            return (cost, 0.0);
+        }
+        let (wishes, violation) = self.forces.predicted(layout, problem, &self.delta);
+        (cost + wishes, violation)
     }
 }

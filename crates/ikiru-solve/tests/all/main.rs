@@ -4,6 +4,7 @@ mod baselines;
 mod bits;
 mod common;
 mod custom;
+mod hard;
 #[cfg(feature = "ipopt")]
 mod ipopt;
 mod motion;

@@ -19,7 +19,7 @@ fn what_given_frames_do_not_meet_is_named() {
     let end = motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, 0.5, 0.0))).unwrap();
     let planned = plan(SolverOptions::default(), &motion, &rest);
     let Some(Invalid::Term(1, reason)) = planned.report.invalid else { panic!("{:?}", planned.report) };
-    assert!(reason.contains("given samples alone"), "{reason}");
+    assert!(reason.reason.contains("given samples alone"), "{reason}");
     // Met by what is given, or asked for by nobody, it is no conflict.
     motion[end].target = place(&rest, hand);
     assert!(plan(SolverOptions::default(), &motion, &rest).report.success);

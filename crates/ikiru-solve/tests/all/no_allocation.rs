@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{Frame, JointId, JointMotion, Rig, Scalar};
 use ikiru_solve::objectives::{
-    Apart, Direction, Distance, JointAngles, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget,
+    Bound, Direction, Distance, JointAngles, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget,
     Position, RelativePose, RestPose,
 };
 use ikiru_solve::{Method, Problem, Residual, Search, Solver, SolverOptions};
@@ -51,7 +51,7 @@ fn after_one_warm_up_nothing_allocates() {
         problem.add(0.1, Direction::new(b, DVec3::Y, DVec3::X));
         problem.add(0.1, KeepApart { joints: [a, b], distance: 0.2 });
         problem.add(0.1, RelativePose::new(a, b, Some(DVec3::ONE), Some(DQuat::IDENTITY)));
-        problem.add(0.1, Distance::new([a, b], Apart::AtLeast(0.5)));
+        problem.add(0.1, Distance::new([a, b], Bound::AtLeast(0.5)));
         problem.add(0.1, PoleVector { joints: [JointId::from_index(0), b, a], target: DVec3::Y });
         let joints: Vec<JointId> = problem.active().collect();
         let given: Vec<_> = joints.iter().map(|joint| (*joint, angles_of(&rig, *joint))).collect();

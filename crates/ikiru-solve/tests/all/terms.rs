@@ -5,8 +5,8 @@ use glam::{DQuat, DVec3};
 use ikiru_rig::{Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{JointAngles, KnownRotation, Position, RestPose};
 use ikiru_solve::{
-    Inputs, Invalid, JointRows, MOST_PARTS, Objective, Part, Problem, Rows, Search, Solver, SolverOptions,
-    StopReason, Unit,
+    Invalid, MOST_PARTS, Objective, Part, Problem, Reads, Rows, Search, Solver, SolverOptions, StopReason,
+    Unfit, Unit, View,
 };
 
 /// One joint that moves, and a tip one metre along x.
@@ -62,69 +62,59 @@ fn angles_that_do_not_fit_a_joint_are_refused_with_the_reason() {
         let mut workspace = Solver::default().workspace(problem);
         let report = Solver::default().solve(problem, &mut pose, &mut workspace);
         assert_eq!((report.stop, pose), (StopReason::InvalidInput, rig.rest_pose()));
-        let Some(Invalid::Term(0, reason)) = report.invalid else { panic!("{:?}", report.invalid) };
-        reason
+        let Some(Invalid::Term(0, unfit)) = report.invalid else { panic!("{:?}", report.invalid) };
+        unfit
     };
-    for (joint, angles) in [(joint, JointAngles::Value(0.1)), (tip, JointAngles::Rotation(DQuat::IDENTITY))] {
+    for (misfit, angles) in [(joint, JointAngles::Value(0.1)), (tip, JointAngles::Rotation(DQuat::IDENTITY))]
+    {
         let mut problem = Problem::whole_body(&rig);
-        problem.add(1.0, KnownRotation::new(&[(joint, angles)]));
-        assert!(refused(&problem).starts_with("gives a joint what its motion does not have"));
+        problem.add(1.0, KnownRotation::new(&[(misfit, angles)]));
+        let unfit = refused(&problem);
+        assert!(unfit.reason.starts_with("gives"), "{unfit}");
+        assert_eq!(unfit.joint, Some(misfit));
     }
     let (other, ..) = slider();
     let mut problem = Problem::whole_body(&rig);
     problem.add(1.0, RestPose::new(&[joint], other.rest_pose()));
-    assert_eq!(refused(&problem), "has a pose of another rig than the problem");
+    assert_eq!(refused(&problem).reason, "has a pose of another rig than the problem");
 }
 
-/// Parts of one row each, all with the same residual but for their number, and rows that one joint has.
+/// Parts of one row each, all with the same residual but for their number, and a row that one joint has.
 #[derive(Clone, Debug)]
 struct Parts {
-    joints: [JointId; 1],
-    parts: Vec<Part>,
-    joint_rows: bool,
+    joint: JointId,
+    units: Vec<Unit>,
+    /// Whether there is a row of the joint's own motion, which is never opened.
+    own_row: bool,
 }
 
 impl Objective for Parts {
     fn kind(&self) -> &'static str {
         "parts"
     }
-    fn joints(&self) -> &[JointId] {
-        &self.joints
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.motion(self.joint)?;
+        self.units.iter().try_for_each(|unit| reads.part(Part::new(1, *unit)))?;
+        if self.own_row { reads.part(Part::separable(1, Unit::Metres)) } else { Ok(()) }
     }
-    fn parts(&self) -> &[Part] {
-        &self.parts
-    }
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self) -> Result<(), Unfit> {
         Ok(())
     }
-    fn evaluate(&self, _: &Inputs<'_>, rows: &mut Rows<'_>) {
-        for (row, residual) in rows.residual.iter_mut().enumerate() {
-            *residual = 0.1 * (row + 1) as f64;
+    fn evaluate(&self, _: &View<'_>, rows: &mut Rows<'_>) {
+        for part in 0..self.units.len() {
+            let row = rows.open(part, [0.1 * (part + 1) as f64]);
+            assert_eq!(row, part);
         }
     }
-    fn joint_rows(&self) -> Option<&dyn JointRows> {
-        self.joint_rows.then_some(self)
-    }
-}
-
-impl JointRows for Parts {
-    fn joints(&self) -> &[JointId] {
-        &self.joints
-    }
-    fn check(&self, _: &Rig) -> Result<(), &'static str> {
-        Ok(())
-    }
-    /// Says nothing: what it leaves alone counts as nothing, whatever another term left in memory.
-    fn evaluate(&self, _: usize, _: &JointMotion, _: &[f64], _: &mut [f64], _: Option<&mut [f64]>) {}
 }
 
 #[test]
 fn every_part_is_reported_and_has_its_say() {
     let (rig, joint, _) = slider();
-    let part = |unit| Part { n_rows: 1, unit };
-    let parts = vec![part(Unit::Metres), part(Unit::Radians), part(Unit::Metres)];
+    let units = vec![Unit::Metres, Unit::Radians, Unit::Metres];
     let mut problem = Problem::whole_body(&rig);
-    let id = problem.add(1.0, Parts { joints: [joint], parts, joint_rows: false });
+    let id = problem.add(1.0, Parts { joint, units, own_row: false });
     let mut workspace = Solver::default().workspace(&problem);
     let mut tolerance = ikiru_solve::Tolerance { metres: 0.35, radians: 0.25 };
     let solve = |problem: &Problem, workspace: &mut _| {
@@ -147,12 +137,11 @@ fn every_part_is_reported_and_has_its_say() {
 #[test]
 fn more_parts_than_reports_have_room_for_are_refused() {
     let (rig, joint, _) = slider();
-    for (n_parts, joint_rows, fits) in
-        [(MOST_PARTS, false, true), (MOST_PARTS + 1, false, false), (2, true, true), (3, true, false)]
+    for (n_parts, own_row, fits) in
+        [(MOST_PARTS, false, true), (MOST_PARTS + 1, false, false), (3, true, true), (4, true, false)]
     {
-        let parts = vec![Part { n_rows: 1, unit: Unit::Metres }; n_parts];
         let mut problem = Problem::whole_body(&rig);
-        problem.add(1.0, Parts { joints: [joint], parts, joint_rows });
+        problem.add(1.0, Parts { joint, units: vec![Unit::Metres; n_parts], own_row });
         let mut workspace = Solver::default().workspace(&problem);
         let report = Solver::default().solve(&problem, &mut rig.rest_pose(), &mut workspace);
         assert_eq!(report.stop != StopReason::InvalidInput, fits, "{n_parts} parts");
@@ -160,11 +149,11 @@ fn more_parts_than_reports_have_room_for_are_refused() {
 }
 
 #[test]
-fn joint_rows_that_are_left_alone_are_zero_whatever_was_in_memory() {
+fn rows_that_are_not_opened_are_zero_whatever_was_in_memory() {
     let (rig, joint, _) = slider();
     let mut problem = Problem::new(&rig, []);
     problem.add(1.0, KnownRotation::new(&[(joint, JointAngles::Value(0.7))]));
-    problem.add(1.0, Parts { joints: [joint], parts: Vec::new(), joint_rows: true });
+    problem.add(1.0, Parts { joint, units: Vec::new(), own_row: true });
     let mut workspace = Solver::default().workspace(&problem);
     let report = Solver::default().solve(&problem, &mut rig.rest_pose(), &mut workspace);
     assert!((report.terms[0].residual - 0.7).abs() < 1e-15);

@@ -2,10 +2,13 @@
 
 use ikiru_rig::{Frame, JointId, JointMotion, Pose, Vec3, kinematics, project_joint, retract_joint};
 
-use crate::layout::{Layout, NONE, Node, TermLayout, n_translations};
-use crate::objective::{Inputs, JointRows, Objective, Rows, Scratch};
+use crate::layout::{Layout, NONE, Node, PartLayout, TermLayout};
+use crate::objective::{Objective, RowMemory, Rows, Scratch, View};
 use crate::problem::Terms;
 use crate::term::Tolerance;
+use crate::words::Sense;
+
+mod linearize;
 
 /// What is known of the terms that read nothing that moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,27 +33,36 @@ pub(crate) struct State {
     link_coords: Vec<f64>,
     links_are_current: bool,
     constants: Constants,
+    /// Whether the derivatives in the memory are those of the last evaluation.
+    has_derivatives: bool,
     frames: Vec<Frame<f64>>,
     /// World axis of each direction of each node.
     directions: Vec<Vec3<f64>>,
-    /// Residuals from frames, as the objectives gave them.
+    /// Residuals as the objectives gave them: rows of the step, rows with a force, separable rows.
     pub(crate) residual: Vec<f64>,
-    /// Squared length of each part's residual.
+    /// Squared length of what each part misses.
     pub(crate) squares: Vec<f64>,
+    /// How many rows of each part are open.
+    pub(crate) n_open: Vec<usize>,
+    /// By how much hard rows are missed, summed up (metres, radians).
+    pub(crate) violation: f64,
     /// `λ · ρ'` of each part, as of the last linearization.
     pub(crate) weights: Vec<f64>,
-    /// Residuals from frames, times the root of their part's weight, as of the last linearization.
+    /// Residuals of the step's rows, times the root of their part's weight, as of the last linearization.
     pub(crate) scaled: Vec<f64>,
-    /// The derivative of `scaled` by the degrees of freedom, as [`Layout::spans`] says.
+    /// The derivative of the step's rows in `scaled` by the degrees of freedom, as [`Layout::spans`] says.
     pub(crate) jacobian: Vec<f64>,
-    /// Half the gradient and the curvature of joint rows.
-    pub(crate) joint_gradient: Vec<f64>,
-    pub(crate) joint_curvature: Vec<f64>,
+    /// The derivative of rows with a force by the degrees of freedom, row by row.
+    pub(crate) force_jacobian: Vec<f64>,
+    /// Half the gradient and the curvature of separable rows and potentials.
+    pub(crate) own_gradient: Vec<f64>,
+    pub(crate) own_curvature: Vec<f64>,
+    /// The potential of each term that has one.
+    pub(crate) values: Vec<f64>,
     gathered: Vec<Frame<f64>>,
-    term_jacobian: Vec<f64>,
-    joint_residual: [f64; 6],
-    joint_jacobian: Vec<f64>,
-    scratch: Scratch,
+    /// Sums of rows up the tree: `[node][row]`, force and moment about the world's origin.
+    wrenches: Vec<[Vec3<f64>; 2]>,
+    pub(crate) memory: RowMemory,
     /// Every pose that was evaluated, for tests that ask for them.
     #[cfg(test)]
     pub(crate) seen: Option<Vec<Vec<f64>>>,
@@ -60,29 +72,43 @@ impl State {
     pub(crate) fn new(layout: &Layout) -> Self {
         let most = |f: &dyn Fn(&TermLayout) -> usize| layout.terms.iter().map(f).max().unwrap_or(0);
         let identity = Frame::identity();
-        let most_rows = most(&|t| t.rows.len());
+        let n_rows = layout.n_all_rows();
+        let of_run = |t: &TermLayout| t.runs.iter().map(|run| run.slots.len()).max().unwrap_or(0);
+        let n_wrenches = layout.nodes.len() * most(&|t| if t.sums_up { of_run(t) } else { 0 });
         Self {
             coords: vec![0.0; layout.n_kept_coords()],
             links: vec![(identity, false); layout.nodes.len()],
             link_coords: vec![0.0; layout.link_coords.len()],
             links_are_current: false,
             constants: Constants::Unknown,
+            has_derivatives: false,
             frames: vec![identity; layout.nodes.len()],
             directions: vec![Vec3::zero(); layout.n_screws],
-            residual: vec![0.0; layout.n_rows],
+            residual: vec![0.0; n_rows],
             squares: vec![0.0; layout.parts.len()],
+            n_open: vec![0; layout.parts.len()],
+            violation: 0.0,
             weights: vec![0.0; layout.parts.len()],
             scaled: vec![0.0; layout.n_rows],
             jacobian: vec![0.0; layout.n_jacobian],
-            joint_gradient: vec![0.0; layout.n_dofs],
-            joint_curvature: vec![0.0; layout.n_dofs],
+            force_jacobian: vec![0.0; layout.n_force_rows * layout.n_dofs],
+            own_gradient: vec![0.0; layout.n_dofs],
+            own_curvature: vec![0.0; layout.n_dofs],
+            values: vec![0.0; layout.terms.len()],
             gathered: vec![identity; most(&|t| t.nodes.len())],
-            term_jacobian: vec![0.0; most(&|t| t.nodes.len() * t.rows.len() * 6)],
-            joint_residual: [0.0; 6],
-            joint_jacobian: vec![0.0; 36],
-            scratch: Scratch {
-                frames: Vec::with_capacity(most(&|t| t.nodes.len())),
-                residual: Vec::with_capacity(most_rows),
+            wrenches: vec![[Vec3::zero(); 2]; n_wrenches],
+            memory: RowMemory {
+                by_frame: vec![0.0; layout.n_by_frame],
+                by_motion: vec![0.0; layout.n_by_motion],
+                own_motion: vec![0; layout.n_own_rows],
+                own: vec![[0.0; 6]; layout.n_own_rows],
+                slope: vec![0.0; layout.n_slope],
+                curvature: vec![0.0; layout.n_slope],
+                scratch: Scratch {
+                    frames: Vec::with_capacity(most(&|t| t.nodes.len())),
+                    residual: Vec::with_capacity(most(&|t| t.n_slots)),
+                },
+                ..RowMemory::default()
             },
             #[cfg(test)]
             seen: None,
@@ -230,207 +256,108 @@ impl State {
     /// Frames, residuals and cost at the current coordinates. A cost that is not a number comes out as
     /// infinite, so that no step leads there.
     pub(crate) fn evaluate(&mut self, layout: &Layout, terms: &impl Terms) -> f64 {
+        self.evaluate_with::<false>(layout, terms)
+    }
+
+    /// The same with the derivatives of the residuals, for a pose from which a step will likely be taken:
+    /// [`linearize`](Self::linearize) then finds them.
+    pub(crate) fn differentiate(&mut self, layout: &Layout, terms: &impl Terms) -> f64 {
+        self.evaluate_with::<true>(layout, terms)
+    }
+
+    #[inline(always)]
+    fn evaluate_with<const DERIVATIVES: bool>(&mut self, layout: &Layout, terms: &impl Terms) -> f64 {
         #[cfg(test)]
         if let Some(seen) = &mut self.seen {
             seen.push(self.coords.clone());
         }
         self.forward(layout);
         let mut cost = 0.0;
+        let mut violation = 0.0;
         for t in layout.terms.iter().filter(|t| terms.is_on(t.term)) {
-            let (weight, loss) = (terms.term(t.term).weight, terms.term(t.term).loss);
             if !t.is_constant || self.constants == Constants::Unknown {
-                self.measure(layout, terms.objective(t.term), t);
+                self.measure::<DERIVATIVES>(layout, terms.objective(t.term), t);
             }
-            for part in t.parts.clone() {
-                cost += weight * loss.cost(self.squares[part]);
+            if t.is_hard {
+                violation += self.violation_of(layout, t);
+                continue;
             }
+            let term = terms.term(t.term);
+            for square in &self.squares[t.parts.clone()] {
+                cost += term.weight * term.loss.cost(*square);
+            }
+            if t.has_potential {
+                cost += term.weight * self.values[t.term];
+            }
+        }
+        if layout.n_force_rows > 0 {
+            self.violation = if violation.is_nan() { f64::INFINITY } else { violation };
         }
         if self.constants == Constants::Unknown {
             self.constants = Constants::Evaluated;
         }
+        self.has_derivatives = DERIVATIVES;
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
-    /// The residual of one term, from the frames of the last [`evaluate`](Self::evaluate).
+    /// By how much the rows of a hard term are missed, summed up.
+    fn violation_of(&self, layout: &Layout, t: &TermLayout) -> f64 {
+        let of_part = |part: &PartLayout| {
+            let rows = &self.residual[part.row..part.row + part.n_rows];
+            rows.iter().map(|r| part.sense.missing(*r).abs()).sum::<f64>()
+        };
+        layout.parts[t.parts.clone()].iter().map(of_part).sum()
+    }
+
+    /// The residual of one term, from the frames of the last [`evaluate`](Self::evaluate), and its derivatives.
     #[inline(always)]
-    pub(crate) fn measure(&mut self, layout: &Layout, objective: &dyn Objective, t: &TermLayout) {
-        if !t.rows.is_empty() {
-            let residual = &mut self.residual[t.rows.clone()];
+    pub(crate) fn measure<const DERIVATIVES: bool>(
+        &mut self,
+        layout: &Layout,
+        objective: &dyn Objective,
+        t: &TermLayout,
+    ) {
+        let parts = &layout.parts[t.parts.clone()];
+        let frames = if let [node] = t.nodes[..] {
+            std::slice::from_ref(&self.frames[node as usize])
+        } else {
             let gathered = &mut self.gathered[..t.nodes.len()];
             for (to, node) in gathered.iter_mut().zip(&t.nodes) {
                 *to = self.frames[*node as usize];
             }
-            objective
-                .evaluate(&Inputs { frames: gathered }, &mut Rows::new(residual, &mut [], &mut self.scratch));
-            let mut rest: &[f64] = residual;
-            for part in t.frame_parts() {
-                let (rows, others) = rest.split_at(layout.parts[part].n_rows);
-                self.squares[part] = rows.iter().map(|r| r * r).sum::<f64>();
-                rest = others;
+            &*gathered
+        };
+        let view = View { frames, motions: &t.joint_reads, coords: &self.coords };
+        objective
+            .evaluate(&view, &mut Rows::new(&mut self.residual, t, parts, &mut self.memory, DERIVATIVES));
+        let squares = self.squares[t.parts.clone()].iter_mut().zip(&mut self.n_open[t.parts.clone()]);
+        for ((part, n_open), (square, open)) in parts.iter().zip(self.memory.n_open).zip(squares) {
+            let rows = &mut self.residual[part.row..part.row + part.n_rows];
+            if n_open < rows.len() {
+                rows[n_open..].fill(0.0);
             }
-        }
-        if !t.joint_reads.is_empty()
-            && let Some(rows) = objective.joint_rows()
-        {
-            self.squares[t.joint_parts()].fill(0.0);
-            for (idx, read) in t.joint_reads.iter().enumerate() {
-                let residual = &mut self.joint_residual[..read.n_rows];
-                residual.fill(0.0);
-                let coords = &self.coords[read.coord..read.coord + read.n_coords];
-                rows.evaluate(idx, &read.motion, coords, residual, None);
-                let (slides, turns) = residual.split_at(read.n_translations);
-                for (part, rows) in [(t.turn_part, turns), (t.slide_part, slides)] {
-                    if !rows.is_empty() {
-                        self.squares[part] += rows.iter().map(|r| r * r).sum::<f64>();
-                    }
-                }
-            }
-        }
-    }
-
-    /// The derivative of the residuals at the coordinates that were evaluated last, rows scaled by the root
-    /// of their weight `λ · ρ'` (by 1 where `plain`).
-    pub(crate) fn linearize(&mut self, layout: &Layout, terms: &impl Terms, plain: bool) {
-        self.jacobian.fill(0.0);
-        self.joint_gradient.fill(0.0);
-        self.joint_curvature.fill(0.0);
-        for t in &layout.terms {
-            if !terms.is_on(t.term) {
-                self.scaled[t.rows.clone()].fill(0.0);
-                self.weights[t.parts.clone()].fill(0.0);
-                continue;
-            }
-            if t.is_constant && self.constants == Constants::Linearized {
-                continue;
-            }
-            let (weight, loss) = (terms.term(t.term).weight, terms.term(t.term).loss);
-            for part in t.parts.clone() {
-                self.weights[part] = if plain { 1.0 } else { weight * loss.weight(self.squares[part]) };
-            }
-            if !t.rows.is_empty() {
-                self.linearize_frames(layout, terms, t);
-            }
-            if !t.joint_reads.is_empty()
-                && let Some(rows) = terms.objective(t.term).joint_rows()
-            {
-                self.linearize_joints(rows, t);
-            }
-        }
-        self.constants = Constants::Linearized;
-    }
-
-    fn linearize_frames(&mut self, layout: &Layout, terms: &impl Terms, t: &TermLayout) {
-        let n_rows = t.rows.len();
-        let gathered = &mut self.gathered[..t.nodes.len()];
-        for (to, node) in gathered.iter_mut().zip(&t.nodes) {
-            *to = self.frames[*node as usize];
-        }
-        let scaled = &mut self.scaled[t.rows.clone()];
-        let jacobian = &mut self.term_jacobian[..t.nodes.len() * n_rows * 6];
-        jacobian.fill(0.0);
-        let mut rows = Rows::new(scaled, jacobian, &mut self.scratch);
-        terms.objective(t.term).evaluate(&Inputs { frames: gathered }, &mut rows);
-        let mut first = 0;
-        for part in t.frame_parts() {
-            let (last, scale) = (first + layout.parts[part].n_rows, self.weights[part].sqrt());
-            for row in first..last {
-                scaled[row] *= scale;
-                for frame in 0..t.nodes.len() {
-                    let at = (frame * n_rows + row) * 6;
-                    for entry in &mut jacobian[at..at + 6] {
-                        *entry *= scale;
-                    }
-                }
-            }
-            first = last;
-        }
-        // The shared walk: for a rotation about axis a through o, a frame at p moves by a × (p − o) and
-        // turns by a. With rows (f, m) by velocity and turn, a's entry is a · ((p − o) × f + m).
-        for (frame, &read) in t.nodes.iter().enumerate() {
-            let rows = &self.term_jacobian[frame * n_rows * 6..(frame + 1) * n_rows * 6];
-            let p = self.frames[read as usize].origin;
-            let mut at = read;
-            while let Some(node) = layout.nodes.get(at as usize) {
-                if node.n_screws > 0 {
-                    let directions =
-                        &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
-                    let arm = p - self.frames[at as usize].origin;
-                    let span = layout.spans[node.dof as usize];
-                    let offset = span.start + t.rows.start - span.first;
-                    let n_translations = n_translations(&node.motion);
-                    let (factor, stride) = match node.mimic {
-                        Some((multiplier, _)) => (multiplier, 0),
-                        None => (1.0, span.len),
-                    };
-                    for (row, r) in rows.chunks_exact(6).enumerate() {
-                        let force = Vec3::new(r[0], r[1], r[2]);
-                        let moment = arm.cross(force) + Vec3::new(r[3], r[4], r[5]);
-                        for (k, direction) in directions.iter().enumerate() {
-                            let entry = direction.dot(if k < n_translations { force } else { moment });
-                            self.jacobian[offset + row + k * stride] += factor * entry;
-                        }
-                    }
-                }
-                at = node.parent;
-            }
-        }
-    }
-
-    fn linearize_joints(&mut self, rows: &dyn JointRows, t: &TermLayout) {
-        for (idx, read) in t.joint_reads.iter().enumerate() {
-            let Some(dof) = read.dof else { continue };
-            let n = read.n_rows;
-            let residual = &mut self.joint_residual[..n];
-            let jacobian = &mut self.joint_jacobian[..n * n];
-            residual.fill(0.0);
-            jacobian.fill(0.0);
-            let coords = &self.coords[read.coord..read.coord + read.n_coords];
-            rows.evaluate(idx, &read.motion, coords, residual, Some(jacobian));
-            for (part, rows) in
-                [(t.slide_part, 0..read.n_translations), (t.turn_part, read.n_translations..n)]
-            {
-                if rows.is_empty() {
-                    continue;
-                }
-                let weight = self.weights[part];
-                for k in 0..n {
-                    let mut gradient = 0.0;
-                    let mut curvature = 0.0;
-                    for row in rows.clone() {
-                        gradient += jacobian[row * n + k] * residual[row];
-                        curvature += jacobian[row * n + k] * jacobian[row * n + k];
-                    }
-                    self.joint_gradient[dof + k] += weight * gradient;
-                    self.joint_curvature[dof + k] += weight * curvature;
-                }
-            }
-        }
-        // The three directions of a ball share one curvature, the largest: a limit may mix them.
-        for read in &t.joint_reads {
-            let (Some(dof), JointMotion::Ball { .. } | JointMotion::Free { .. }) = (read.dof, &read.motion)
-            else {
-                continue;
+            *square = match part.sense {
+                Sense::Equal => rows.iter().map(|r| r * r).sum(),
+                Sense::AtLeast => rows.iter().map(|r| r.min(0.0).powi(2)).sum(),
             };
-            let turns = &mut self.joint_curvature[dof + read.n_rows - 3..dof + read.n_rows];
-            let largest = turns.iter().fold(0.0, |a: f64, b| a.max(*b));
-            turns.fill(largest);
+            *open = n_open;
+        }
+        if t.has_potential {
+            self.values[t.term] = self.memory.value;
         }
     }
 
-    /// The frames that a term reads, as of the last evaluation.
-    pub(crate) fn frames_of(&mut self, t: &TermLayout) -> &[Frame<f64>] {
-        let gathered = &mut self.gathered[..t.nodes.len()];
-        for (to, node) in gathered.iter_mut().zip(&t.nodes) {
-            *to = self.frames[*node as usize];
-        }
-        gathered
+    /// The squares of what hard terms miss, as of the last evaluation.
+    pub(crate) fn hard_square(&self, layout: &Layout, problem: &crate::Problem) -> f64 {
+        let hard = layout.terms.iter().filter(|t| t.is_hard && problem.terms()[t.term].is_on);
+        hard.flat_map(|t| &self.squares[t.parts.clone()]).sum()
     }
 
-    /// Whether every mandatory term is within its tolerance, as of the last evaluation.
-    pub(crate) fn is_satisfied(&self, layout: &Layout, problem: &crate::Problem) -> bool {
-        layout.terms.iter().all(|t| {
+    /// Whether every hard term is within its tolerance, as of the last evaluation.
+    pub(crate) fn holds(&self, layout: &Layout, problem: &crate::Problem) -> bool {
+        layout.terms.iter().filter(|t| t.is_hard).all(|t| {
             let term = &problem.terms()[t.term];
-            !term.counts() || self.is_within(layout, t, &term.tolerance)
+            !term.is_on || self.is_within(layout, t, &term.tolerance)
         })
     }
 

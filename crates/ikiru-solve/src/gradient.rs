@@ -1,0 +1,31 @@
+//! The gradient of the cost, as of a linearization.
+
+use crate::layout::{Layout, Place};
+use crate::state::State;
+
+/// The gradient of the cost by every degree of freedom, with `hard` times the squares of what hard rows miss.
+pub(crate) fn whole_gradient(layout: &Layout, state: &State, hard: f64, gradient: &mut [f64]) {
+    for (k, span) in layout.spans.iter().enumerate() {
+        let column = &state.jacobian[span.start..span.start + span.len];
+        let rows = &state.scaled[span.first..span.first + span.len];
+        let sum = column.iter().zip(rows).map(|(a, b)| a * b).sum::<f64>();
+        gradient[k] = 2.0 * (state.own_gradient[k] + sum);
+    }
+    if layout.n_force_rows == 0 {
+        return;
+    }
+    for t in &layout.terms {
+        for idx in t.parts.clone() {
+            let part = &layout.parts[idx];
+            let Place::Force { first } = part.place else { continue };
+            let weight = if t.is_hard { hard } else { state.weights[idx] };
+            for row in 0..part.n_rows {
+                let pull = 2.0 * weight * part.sense.missing(state.residual[part.row + row]);
+                if pull != 0.0 {
+                    let entries = &state.force_jacobian[(first + row) * layout.n_dofs..][..layout.n_dofs];
+                    gradient.iter_mut().zip(entries).for_each(|(g, a)| *g += pull * a);
+                }
+            }
+        }
+    }
+}

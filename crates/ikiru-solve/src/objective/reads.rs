@@ -1,0 +1,175 @@
+//! What an objective reads of a rig, and the rows that it may open.
+
+use std::fmt;
+
+use ikiru_rig::{JointId, Rig};
+
+use crate::words::{Sense, Unit};
+
+/// The most parts of one objective.
+pub const MOST_PARTS: usize = 4;
+
+/// The most rows of one part that is not [separable](Part::separable).
+pub const MOST_ROWS: usize = 1024;
+
+/// Some rows of an objective that belong together: the loss is applied to their length, and a tolerance holds for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// The most rows that may be opened at once.
+    pub most_rows: usize,
+    /// What they are measured in.
+    pub unit: Unit,
+    /// What each of them wants.
+    pub sense: Sense,
+    /// Whether each row reads the own motion of one joint and nothing else.
+    pub is_separable: bool,
+}
+
+impl Part {
+    /// Rows that want to be 0.
+    #[must_use]
+    pub const fn new(most_rows: usize, unit: Unit) -> Self {
+        Self { most_rows, unit, sense: Sense::Equal, is_separable: false }
+    }
+
+    /// Rows that want to be at least 0.
+    #[must_use]
+    pub const fn at_least(most_rows: usize, unit: Unit) -> Self {
+        Self { sense: Sense::AtLeast, ..Self::new(most_rows, unit) }
+    }
+
+    /// Rows that want to be 0, each of which reads the own motion of one joint and nothing else: a step needs only their
+    /// gradient and a bound on their curvature, so that there may be many.
+    #[must_use]
+    pub const fn separable(most_rows: usize, unit: Unit) -> Self {
+        Self { is_separable: true, ..Self::new(most_rows, unit) }
+    }
+}
+
+/// What is not usable about an objective.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unfit {
+    /// A text that ends the sentence "the objective …", as in "has a target that is not finite".
+    pub reason: &'static str,
+    /// The joint that it is about, where it is about one.
+    pub joint: Option<JointId>,
+}
+
+impl From<&'static str> for Unfit {
+    fn from(reason: &'static str) -> Self {
+        Self { reason, joint: None }
+    }
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.reason)
+    }
+}
+
+/// What a term reads, and the rows that it may open, as [`Objective::reads`](crate::Objective::reads) named them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TermReads {
+    /// The joints whose world frames it reads, in its order.
+    pub frames: Vec<JointId>,
+    /// The joints whose own motions it reads, in its order.
+    pub motions: Vec<JointId>,
+    /// Its parts.
+    pub parts: Vec<Part>,
+    /// Whether it has a potential.
+    pub has_potential: bool,
+}
+
+impl TermReads {
+    pub(crate) fn clear(&mut self) {
+        self.frames.clear();
+        self.motions.clear();
+        self.parts.clear();
+        self.has_potential = false;
+    }
+}
+
+/// Where an objective names what it reads.
+#[derive(Debug)]
+pub struct Reads<'a> {
+    rig: &'a Rig,
+    of: &'a mut TermReads,
+}
+
+impl<'a> Reads<'a> {
+    /// Nothing is named yet.
+    pub(crate) fn new(rig: &'a Rig, of: &'a mut TermReads) -> Self {
+        of.clear();
+        Self { rig, of }
+    }
+
+    /// The rig that the objective has to fit.
+    #[must_use]
+    pub fn rig(&self) -> &Rig {
+        self.rig
+    }
+
+    /// Reads the world frame of a joint: the next [frame](crate::View::frame) of the view.
+    ///
+    /// # Errors
+    /// A joint that the rig does not have.
+    #[inline]
+    pub fn frame(&mut self, joint: JointId) -> Result<(), Unfit> {
+        self.check(joint)?;
+        self.of.frames.push(joint);
+        Ok(())
+    }
+
+    /// Reads the world frames of several joints, in this order.
+    ///
+    /// # Errors
+    /// A joint that the rig does not have.
+    pub fn frames(&mut self, joints: &[JointId]) -> Result<(), Unfit> {
+        joints.iter().try_for_each(|joint| self.frame(*joint))
+    }
+
+    /// Reads the own motion of a joint, wherever the body is: the next [motion](crate::View::motion) of the view.
+    ///
+    /// # Errors
+    /// A joint that the rig does not have, or that follows another.
+    #[inline]
+    pub fn motion(&mut self, joint: JointId) -> Result<(), Unfit> {
+        self.check(joint)?;
+        if self.rig.joints()[joint.index()].mimic.is_some() {
+            let reason = "reads the motion of a joint that follows another: name its leader";
+            return Err(Unfit { reason, joint: Some(joint) });
+        }
+        self.of.motions.push(joint);
+        Ok(())
+    }
+
+    /// Adds a part; they count from 0, in this order.
+    ///
+    /// # Errors
+    /// More than [`MOST_PARTS`], or a part of too many rows.
+    #[inline]
+    pub fn part(&mut self, part: Part) -> Result<(), Unfit> {
+        if self.of.parts.len() == MOST_PARTS {
+            return Err("has more parts than reports have room for: at most 4".into());
+        }
+        if part.most_rows > MOST_ROWS && !part.is_separable {
+            return Err("has a part of more than 1024 rows".into());
+        }
+        self.of.parts.push(part);
+        Ok(())
+    }
+
+    /// Has a potential by the motions that it reads: a value that no rows make up. See [`Rows::add_value`](crate::Rows::add_value).
+    pub fn potential(&mut self) {
+        self.of.has_potential = true;
+    }
+
+    #[inline]
+    fn check(&self, joint: JointId) -> Result<(), Unfit> {
+        if joint.index() < self.rig.n_joints() {
+            Ok(())
+        } else {
+            Err(Unfit { reason: "names a joint that the rig does not have", joint: Some(joint) })
+        }
+    }
+}

@@ -1,0 +1,350 @@
+//! Rows with a sense and a force: what is hard, and what wants to be at least something, beside a base that a step can be
+//! solved for.
+//!
+//! The base is `δᵀ H δ + 2 gᵀ δ`, whose step is `δ₀ = −H⁻¹ g`. Rows `c + A δ`, of which each wants to be 0 or at least 0,
+//! act on it by forces `f`: `δ = δ₀ + H⁻¹ Aᵀ f`, where `c + A δ + E f = 0` for every row that acts. `E` is the compliance:
+//! `1 / w` for a wish of weight `w`, next to nothing for a row that is hard. A row that wants to be at least 0 can push
+//! and not pull: it acts while its force is positive, and a degree of freedom is held at a limit while its multiplier
+//! says so. Which ones act and are held is found by exchanging all that are wrong at once, and one at a time where that
+//! does not get on (block principal pivoting, Júdice and Pires, 1994): `H` is positive definite, so that there is one answer,
+//! and it is found.
+
+use crate::layout::{Layout, PartLayout, Place};
+use crate::problem::Problem;
+use crate::solvers::rows::{OpenStep, StepSystem, factor_cholesky, substitute_cholesky};
+use crate::state::State;
+use crate::words::Sense;
+
+/// The compliance of a hard row, relative to what answers its force: contradictory rows share what they miss.
+const HARD_COMPLIANCE: f64 = 1e-9;
+/// A row, a step and a multiplier count as wrong beyond this (metres, radians; relative to the largest multiplier).
+const SLACK: f64 = 1e-12;
+/// So often all that is wrong is exchanged without getting better before one at a time is.
+const PATIENCE: usize = 3;
+/// Most exchanges; what is wrong after the last one is cut off.
+const MOST_ROUNDS: usize = 60;
+/// How near to a limit a degree of freedom has no room, in radians or metres.
+const NO_ROOM: f64 = 1e-9;
+
+/// One row.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    sense: Sense,
+    /// The weight of a wish; `None` for a hard row.
+    weight: Option<f64>,
+    /// Its residual, as of the last linearization.
+    residual: f64,
+    is_open: bool,
+    /// Whether its force acts.
+    acts: bool,
+}
+
+/// All rows with a force of a problem.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Forces {
+    rows: Vec<Row>,
+    /// By the axes of the step's degrees of freedom, row by row.
+    pub(crate) jacobian: Vec<f64>,
+    /// The residuals that the step is solved for.
+    now: Vec<f64>,
+    /// The force of each row; 0 where it does not act.
+    pub(crate) force: Vec<f64>,
+    /// The rows that act, their answers `H⁻¹ aᵀ`, and the matrix of those.
+    acting: Vec<usize>,
+    answers: Vec<f64>,
+    matrix: Vec<f64>,
+    forces: Vec<f64>,
+}
+
+/// What a step may move, and how.
+pub(crate) struct Held<'a> {
+    /// Which degrees of freedom are solved for.
+    pub(crate) open: &'a mut [bool],
+    /// How far each may go down (not positive) and up (not negative).
+    pub(crate) room: &'a [(f64, f64)],
+    /// `damping / D`.
+    pub(crate) inverse: &'a [f64],
+    /// The gradient beside rows.
+    pub(crate) own: Option<&'a [f64]>,
+    pub(crate) damping: f64,
+    /// The residuals of the base's rows; with what held degrees of freedom do to them afterwards.
+    pub(crate) residual: &'a mut [f64],
+    /// Memory over rows.
+    pub(crate) y: &'a mut [f64],
+    pub(crate) delta: &'a mut [f64],
+}
+
+impl Forces {
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let (n, m) = (layout.n_dofs, layout.n_force_rows);
+        Self {
+            rows: vec![Row::default(); m],
+            jacobian: vec![0.0; n * m],
+            now: vec![0.0; m],
+            force: vec![0.0; m],
+            acting: Vec::with_capacity(m),
+            answers: vec![0.0; n * m],
+            matrix: vec![0.0; m * m],
+            forces: vec![0.0; m],
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Forgets what acted.
+    pub(crate) fn forget(&mut self) {
+        self.force.fill(0.0);
+        self.rows.iter_mut().for_each(|row| row.acts = false);
+    }
+
+    /// Takes over a linearization; the Jacobian is then turned to the axes of the step by the caller.
+    pub(crate) fn begin(&mut self, layout: &Layout, state: &State, problem: &Problem) {
+        self.jacobian.copy_from_slice(&state.force_jacobian);
+        for t in &layout.terms {
+            let term = &problem.terms()[t.term];
+            for idx in t.parts.clone() {
+                let part = &layout.parts[idx];
+                let Place::Force { first } = part.place else { continue };
+                let weight = if t.is_hard { None } else { Some(state.weights[idx]) };
+                let counts = term.is_on && weight != Some(0.0);
+                for i in 0..part.n_rows {
+                    let is_open = counts && i < state.n_open[idx];
+                    let row = &mut self.rows[first + i];
+                    let (sense, residual) = (part.sense, state.residual[part.row + i]);
+                    *row = Row { sense, weight, residual, is_open, acts: row.acts && is_open };
+                    if !is_open {
+                        self.force[first + i] = 0.0;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes what the forces do off a gradient.
+    pub(crate) fn balance(&self, n: usize, gradient: &mut [f64]) {
+        for (row, force) in self.force.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+            let entries = &self.jacobian[row * n..(row + 1) * n];
+            gradient.iter_mut().zip(entries).for_each(|(g, a)| *g -= force * a);
+        }
+    }
+
+    /// The residuals that the next step is solved for: `share` of what is missed is to be made good.
+    pub(crate) fn aim(&mut self, share: f64) {
+        for (now, row) in self.now.iter_mut().zip(&self.rows) {
+            let missed = row.sense.missing(row.residual);
+            *now = if missed == 0.0 { row.residual } else { share * missed };
+        }
+    }
+
+    /// The same at another pose near by, less what the linear model says of the way there, so that the step is from where
+    /// the model begins.
+    pub(crate) fn aim_from(&mut self, layout: &Layout, state: &State, delta: &[f64]) {
+        for t in &layout.terms {
+            for idx in t.parts.clone() {
+                let part = &layout.parts[idx];
+                let Place::Force { first } = part.place else { continue };
+                for i in 0..part.n_rows.min(state.n_open[idx]) {
+                    let residual = state.residual[part.row + i];
+                    self.now[first + i] = residual - self.along(first + i, delta);
+                }
+            }
+        }
+    }
+
+    /// What the linear model says of a row's change.
+    fn along(&self, row: usize, delta: &[f64]) -> f64 {
+        let n = delta.len();
+        self.jacobian[row * n..(row + 1) * n].iter().zip(delta).map(|(a, d)| a * d).sum()
+    }
+
+    /// The largest force of a hard row.
+    pub(crate) fn largest_hard(&self) -> f64 {
+        let hard = self.rows.iter().zip(&self.force).filter(|(row, _)| row.weight.is_none());
+        hard.map(|(_, force)| force.abs()).fold(0.0, f64::max)
+    }
+
+    /// What the linear model promises for a step: the cost of wishes among the rows, and by how much hard rows are missed.
+    pub(crate) fn predicted(&self, layout: &Layout, problem: &Problem, delta: &[f64]) -> (f64, f64) {
+        let (mut cost, mut violation) = (0.0, 0.0);
+        for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {
+            let term = &problem.terms()[t.term];
+            for part in &layout.parts[t.parts.clone()] {
+                let PartLayout { place: Place::Force { first }, n_rows, sense, .. } = *part else { continue };
+                let open = (first..first + n_rows).filter(|row| self.rows[*row].is_open);
+                let missing = open.map(|i| sense.missing(self.rows[i].residual + self.along(i, delta)));
+                if t.is_hard {
+                    violation += missing.map(f64::abs).sum::<f64>();
+                } else {
+                    cost += term.weight * term.loss.cost(missing.map(|r| r * r).sum());
+                }
+            }
+        }
+        (cost, violation)
+    }
+
+    /// Solves for a step; what is open and what acts begins as it is. False where the base cannot be solved with so little
+    /// damping.
+    #[inline(never)]
+    pub(crate) fn solve<S: StepSystem>(&mut self, base: &mut S, held: &mut Held<'_>) -> bool {
+        for row in &mut self.rows {
+            row.acts = row.is_open && (row.acts || row.sense == Sense::Equal);
+        }
+        let (mut least_wrong, mut patience) = (usize::MAX, PATIENCE);
+        for _ in 0..MOST_ROUNDS {
+            if !self.solve_for_acting(base, held) {
+                return false;
+            }
+            let n_wrong = self.exchange(base, held, Exchange::None);
+            if n_wrong == 0 {
+                break;
+            }
+            let which = if n_wrong < least_wrong {
+                (least_wrong, patience) = (n_wrong, PATIENCE);
+                Exchange::All
+            } else if patience > 0 {
+                patience -= 1;
+                Exchange::All
+            } else {
+                Exchange::Last
+            };
+            self.exchange(base, held, which);
+        }
+        for (delta, (down, up)) in held.delta.iter_mut().zip(held.room) {
+            *delta = delta.max(*down).min(*up);
+        }
+        true
+    }
+
+    /// The step for what is open and what acts now.
+    #[inline(always)]
+    fn solve_for_acting<S: StepSystem>(&mut self, base: &mut S, held: &mut Held<'_>) -> bool {
+        let n = held.delta.len();
+        let Held { open, inverse, own, damping, residual, y, delta, .. } = held;
+        let step = OpenStep { open, inverse, own: *own, damping: *damping, residual: &residual[..] };
+        let Some(factor) = base.factor(&step) else { return false };
+        base.solve_factored(&factor, &step, y, delta);
+        self.acting.clear();
+        self.acting.extend((0..self.rows.len()).filter(|row| self.rows[*row].acts));
+        let m = self.acting.len();
+        self.force.fill(0.0);
+        if m == 0 {
+            return true;
+        }
+        for (a, &row) in self.acting.iter().enumerate() {
+            let entries = &self.jacobian[row * n..(row + 1) * n];
+            let answer = &mut self.answers[a * n..(a + 1) * n];
+            base.respond(&factor, &step, entries, y, answer);
+        }
+        for a in 0..m {
+            let row = self.acting[a];
+            for b in 0..=a {
+                self.matrix[a * m + b] = self.along(row, &self.answers[b * n..(b + 1) * n]);
+            }
+            let own = self.matrix[a * m + a];
+            self.matrix[a * m + a] += match self.rows[row].weight {
+                Some(weight) => 1.0 / weight,
+                // Rows that nothing answers have no say.
+                None => (HARD_COMPLIANCE * own).max(f64::MIN_POSITIVE.sqrt()),
+            };
+            self.forces[a] = -(self.now[row] + self.along(row, delta));
+        }
+        if !factor_cholesky(&mut self.matrix[..m * m], m) {
+            return false;
+        }
+        substitute_cholesky(&self.matrix[..m * m], m, &mut self.forces[..m]);
+        for a in 0..m {
+            self.force[self.acting[a]] = self.forces[a];
+            let answer = &self.answers[a * n..(a + 1) * n];
+            for (delta, answer) in delta.iter_mut().zip(answer) {
+                *delta += self.forces[a] * answer;
+            }
+        }
+        true
+    }
+
+    /// Counts what is wrong about what is open and what acts, and exchanges it.
+    #[inline(always)]
+    fn exchange<S: StepSystem>(&mut self, base: &mut S, held: &mut Held<'_>, which: Exchange) -> usize {
+        let n = held.delta.len();
+        // The base's rows at the step, whose pull with the forces' is the multiplier of what is held.
+        held.y.copy_from_slice(held.residual);
+        for k in (0..n).filter(|k| held.open[*k]) {
+            base.add_column(k, held.delta[k], held.y);
+        }
+        let (mut n_wrong, mut last) = (0, None);
+        for k in 0..n {
+            let (down, up) = held.room[k];
+            let is_wrong = if held.open[k] {
+                held.delta[k] < down - SLACK || held.delta[k] > up + SLACK
+            } else if up - down <= NO_ROOM {
+                false
+            } else {
+                let own = held.own.map_or(0.0, |own| own[k]);
+                let pushed: f64 =
+                    self.acting.iter().map(|row| self.force[*row] * self.jacobian[row * n + k]).sum();
+                let pull = own + held.delta[k] * held.damping / held.inverse[k] + base.dot(k, held.y);
+                let (multiplier, slack) = (pull - pushed, SLACK * (1.0 + pull.abs()));
+                // Half the gradient: what is held from below wants to go further down.
+                if held.delta[k] - down <= up - held.delta[k] {
+                    multiplier < -slack
+                } else {
+                    multiplier > slack
+                }
+            };
+            if is_wrong {
+                (n_wrong, last) = (n_wrong + 1, Some(k));
+                if which == Exchange::All {
+                    turn(base, held, k);
+                }
+            }
+        }
+        let mut last_row = None;
+        for row in 0..self.rows.len() {
+            let Row { sense: Sense::AtLeast, is_open: true, acts, .. } = self.rows[row] else { continue };
+            let is_wrong = if acts {
+                self.force[row] < 0.0
+            } else {
+                self.now[row] + self.along(row, held.delta) < -SLACK
+            };
+            if is_wrong {
+                (n_wrong, last_row) = (n_wrong + 1, Some(row));
+                if which == Exchange::All {
+                    self.rows[row].acts = !acts;
+                }
+            }
+        }
+        if which == Exchange::Last {
+            match (last_row, last) {
+                (Some(row), _) => self.rows[row].acts = !self.rows[row].acts,
+                (None, Some(k)) => turn(base, held, k),
+                (None, None) => {}
+            }
+        }
+        n_wrong
+    }
+}
+
+/// What is exchanged of all that is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Exchange {
+    None,
+    All,
+    Last,
+}
+
+/// Holds a degree of freedom at the limit that its step crosses, or lets go of it.
+#[inline(always)]
+fn turn<S: StepSystem>(base: &mut S, held: &mut Held<'_>, k: usize) {
+    if held.open[k] {
+        let (down, up) = held.room[k];
+        (held.open[k], held.delta[k]) = (false, held.delta[k].max(down).min(up));
+        base.close(k, held.inverse[k]);
+        base.add_column(k, held.delta[k], held.residual);
+    } else {
+        base.add_column(k, -held.delta[k], held.residual);
+        (held.open[k], held.delta[k]) = (true, 0.0);
+        base.open(k, held.inverse[k]);
+    }
+}
