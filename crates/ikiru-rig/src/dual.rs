@@ -2,40 +2,40 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use crate::maths;
-use crate::scalar::{Scalar, sealed};
+use crate::lanes::LaneScalar;
+use crate::scalar::{Ordered, Scalar, sealed};
 
-/// A value and its derivatives in `N` directions.
+/// A value and its derivatives in `N` directions: plain numbers, or [`Lanes`](crate::Lanes) of them.
 #[derive(Clone, Copy, Debug)]
-pub struct Dual<const N: usize> {
+pub struct Dual<const N: usize, S = f64> {
     /// The value.
-    pub value: f64,
+    pub value: S,
     /// The derivative in each direction.
-    pub derivatives: [f64; N],
+    pub derivatives: [S; N],
 }
 
-impl<const N: usize> Dual<N> {
+impl<const N: usize, S: Scalar> Dual<N, S> {
     /// The value whose derivative is 1 in `direction` and 0 in the others.
     ///
     /// A `direction` of `N` or more gives a constant.
     #[must_use]
-    pub fn variable(value: f64, direction: usize) -> Self {
-        let mut derivatives = [0.0; N];
+    pub fn variable(value: S, direction: usize) -> Self {
+        let mut derivatives = [S::zero(); N];
         if let Some(d) = derivatives.get_mut(direction) {
-            *d = 1.0;
+            *d = S::one();
         }
         Self { value, derivatives }
     }
 
     /// The result of a function of one variable with the given value and slope here.
     #[inline(always)]
-    fn chain(self, value: f64, slope: f64) -> Self {
+    fn chain(self, value: S, slope: S) -> Self {
         Self { value, derivatives: self.derivatives.map(|d| d * slope) }
     }
 
     #[inline(always)]
-    fn combine(self, other: Self, value: f64, slope: f64, other_slope: f64) -> Self {
-        let mut derivatives = [0.0; N];
+    fn combine(self, other: Self, value: S, slope: S, other_slope: S) -> Self {
+        let mut derivatives = [S::zero(); N];
         for i in 0..N {
             derivatives[i] = self.derivatives[i] * slope + other.derivatives[i] * other_slope;
         }
@@ -43,47 +43,47 @@ impl<const N: usize> Dual<N> {
     }
 }
 
-impl<const N: usize> Default for Dual<N> {
+impl<const N: usize, S: Scalar> Default for Dual<N, S> {
     fn default() -> Self {
         Self::from(0.0)
     }
 }
 
-impl<const N: usize> From<f64> for Dual<N> {
+impl<const N: usize, S: Scalar> From<f64> for Dual<N, S> {
     fn from(value: f64) -> Self {
-        Self { value, derivatives: [0.0; N] }
+        Self { value: S::from(value), derivatives: [S::zero(); N] }
     }
 }
 
-impl<const N: usize> PartialEq for Dual<N> {
+impl<const N: usize, S: PartialEq> PartialEq for Dual<N, S> {
     fn eq(&self, other: &Self) -> bool {
         self.value == other.value
     }
 }
 
-impl<const N: usize> PartialOrd for Dual<N> {
+impl<const N: usize, S: PartialOrd> PartialOrd for Dual<N, S> {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         self.value.partial_cmp(&other.value)
     }
 }
 
-impl<const N: usize> Add for Dual<N> {
+impl<const N: usize, S: Scalar> Add for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
-        self.combine(o, self.value + o.value, 1.0, 1.0)
+        self.combine(o, self.value + o.value, S::one(), S::one())
     }
 }
 
-impl<const N: usize> Sub for Dual<N> {
+impl<const N: usize, S: Scalar> Sub for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
-        self.combine(o, self.value - o.value, 1.0, -1.0)
+        self.combine(o, self.value - o.value, S::one(), -S::one())
     }
 }
 
-impl<const N: usize> Mul for Dual<N> {
+impl<const N: usize, S: Scalar> Mul for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, o: Self) -> Self {
@@ -91,16 +91,16 @@ impl<const N: usize> Mul for Dual<N> {
     }
 }
 
-impl<const N: usize> Div for Dual<N> {
+impl<const N: usize, S: Scalar> Div for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn div(self, o: Self) -> Self {
         let quotient = self.value / o.value;
-        self.combine(o, quotient, 1.0 / o.value, -quotient / o.value)
+        self.combine(o, quotient, S::one() / o.value, -quotient / o.value)
     }
 }
 
-impl<const N: usize> Add<f64> for Dual<N> {
+impl<const N: usize, S: Scalar> Add<f64> for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: f64) -> Self {
@@ -108,7 +108,7 @@ impl<const N: usize> Add<f64> for Dual<N> {
     }
 }
 
-impl<const N: usize> Sub<f64> for Dual<N> {
+impl<const N: usize, S: Scalar> Sub<f64> for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, o: f64) -> Self {
@@ -116,74 +116,129 @@ impl<const N: usize> Sub<f64> for Dual<N> {
     }
 }
 
-impl<const N: usize> Mul<f64> for Dual<N> {
+impl<const N: usize, S: Scalar> Mul<f64> for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, o: f64) -> Self {
-        self.chain(self.value * o, o)
+        self.chain(self.value * o, S::from(o))
     }
 }
 
-impl<const N: usize> Div<f64> for Dual<N> {
+impl<const N: usize, S: Scalar> Div<f64> for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn div(self, o: f64) -> Self {
-        self.chain(self.value / o, 1.0 / o)
+        self.chain(self.value / o, S::from(1.0 / o))
     }
 }
 
-impl<const N: usize> Neg for Dual<N> {
+impl<const N: usize, S: Scalar> Neg for Dual<N, S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.chain(-self.value, -1.0)
+        self.chain(-self.value, -S::one())
     }
 }
 
-impl<const N: usize> AddAssign for Dual<N> {
+impl<const N: usize, S: Scalar> AddAssign for Dual<N, S> {
     #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
 
-impl<const N: usize> SubAssign for Dual<N> {
+impl<const N: usize, S: Scalar> SubAssign for Dual<N, S> {
     #[inline(always)]
     fn sub_assign(&mut self, o: Self) {
         *self = *self - o;
     }
 }
 
-impl<const N: usize> sealed::Sealed for Dual<N> {}
+impl<const N: usize, S: Scalar> sealed::Sealed for Dual<N, S> {}
 
-impl<const N: usize> Scalar for Dual<N> {
-    fn value(self) -> f64 {
-        self.value
+impl<const N: usize, S: Scalar> Scalar for Dual<N, S> {
+    type Mask = S::Mask;
+
+    #[inline(always)]
+    fn select(mask: S::Mask, if_true: Self, if_false: Self) -> Self {
+        Self {
+            value: S::select(mask, if_true.value, if_false.value),
+            derivatives: std::array::from_fn(|i| {
+                S::select(mask, if_true.derivatives[i], if_false.derivatives[i])
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn lt(self, other: impl Into<Self>) -> S::Mask {
+        self.value.lt(other.into().value)
+    }
+
+    #[inline(always)]
+    fn le(self, other: impl Into<Self>) -> S::Mask {
+        self.value.le(other.into().value)
+    }
+
+    /// A slope is selected, rather than each derivative.
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.chain(self.value.abs(), S::select(self.value.lt(0.0), -S::one(), S::one()))
     }
 
     fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = Scalar::sin_cos(self.value);
+        let (sin, cos) = self.value.sin_cos();
         (self.chain(sin, cos), self.chain(cos, -sin))
     }
 
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
-        self.chain(root, if root > 0.0 { 0.5 / root } else { 0.0 })
+        self.chain(root, S::select(root.gt(0.0), S::from(0.5) / root, S::zero()))
     }
 
     fn atan2(self, x: Self) -> Self {
         let square = self.value * self.value + x.value * x.value;
-        let (dy, dx) = if square > 0.0 { (x.value / square, -self.value / square) } else { (0.0, 0.0) };
-        self.combine(x, maths::atan2(self.value, x.value), dy, dx)
+        let is_off_origin = square.gt(0.0);
+        let dy = S::select(is_off_origin, x.value / square, S::zero());
+        let dx = S::select(is_off_origin, -self.value / square, S::zero());
+        self.combine(x, self.value.atan2(x.value), dy, dx)
     }
 
     fn exp(self) -> Self {
-        let exp = maths::exp(self.value);
+        let exp = self.value.exp();
         self.chain(exp, exp)
     }
 
     fn ln(self) -> Self {
-        self.chain(maths::ln(self.value), 1.0 / self.value)
+        self.chain(self.value.ln(), S::one() / self.value)
+    }
+}
+
+impl<const N: usize> Ordered for Dual<N> {
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self.value
+    }
+}
+
+impl<const N: usize, const M: usize, S: LaneScalar<M>> LaneScalar<M> for Dual<N, S> {
+    type Lane = Dual<N, S::Lane>;
+
+    #[inline(always)]
+    fn gather(values: [f64; M]) -> Self {
+        Self { value: S::gather(values), derivatives: [S::zero(); N] }
+    }
+
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Self::Lane {
+        Dual { value: self.value.lane(lane), derivatives: self.derivatives.map(|d| d.lane(lane)) }
+    }
+
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, value: Self::Lane) {
+        self.value.set_lane(lane, value.value);
+        for (derivative, of_lane) in self.derivatives.iter_mut().zip(value.derivatives) {
+            derivative.set_lane(lane, of_lane);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use crate::scalar::Scalar;
+use crate::scalar::{Ordered, Scalar};
 
 /// Three numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,10 +83,32 @@ impl<S: Scalar> Vec3<S> {
         (self - o).length()
     }
 
-    /// The plain values.
+    /// `if_true` where the mask holds and `if_false` elsewhere: [`Scalar::select`] for each component.
+    #[inline(always)]
+    #[must_use]
+    pub fn select(mask: S::Mask, if_true: Self, if_false: Self) -> Self {
+        Self::new(
+            S::select(mask, if_true.x, if_false.x),
+            S::select(mask, if_true.y, if_false.y),
+            S::select(mask, if_true.z, if_false.z),
+        )
+    }
+}
+
+impl<S: Ordered> Vec3<S> {
+    /// The plain values: of `f64`, and of [`Dual`](crate::Dual) without its derivatives. What is written over any
+    /// [`Scalar`] has none.
     #[inline(always)]
     pub fn value(self) -> DVec3 {
         DVec3::new(self.x.value(), self.y.value(), self.z.value())
+    }
+}
+
+impl<S> Vec3<S> {
+    /// The vector of what a function makes of each component.
+    #[inline(always)]
+    pub fn map<T>(self, mut f: impl FnMut(S) -> T) -> Vec3<T> {
+        Vec3 { x: f(self.x), y: f(self.y), z: f(self.z) }
     }
 }
 
@@ -249,11 +271,10 @@ impl<S: Scalar> Frame<S> {
     }
 
     /// A constant: its derivatives are 0.
+    #[inline(always)]
     #[must_use]
     pub fn constant(frame: &Frame<f64>) -> Self {
-        let v = |v: Vec3<f64>| Vec3::constant(v.value());
-        let r = &frame.rotation;
-        Self { rotation: Rotation { x: v(r.x), y: v(r.y), z: v(r.z) }, origin: v(frame.origin) }
+        frame.map(S::from)
     }
 
     /// Where a point given in this frame lies in the world.
@@ -274,6 +295,18 @@ impl<S: Scalar> Frame<S> {
     #[must_use]
     pub fn inverse(&self) -> Self {
         Self { rotation: self.rotation.inverse(), origin: -self.rotation.apply_inverse(self.origin) }
+    }
+}
+
+impl<S: Copy> Frame<S> {
+    /// The frame of what a function makes of each number: columns of the rotation first, then the origin.
+    #[inline(always)]
+    pub fn map<T>(&self, mut f: impl FnMut(S) -> T) -> Frame<T> {
+        let r = &self.rotation;
+        Frame {
+            rotation: Rotation { x: r.x.map(&mut f), y: r.y.map(&mut f), z: r.z.map(&mut f) },
+            origin: self.origin.map(f),
+        }
     }
 }
 

@@ -112,7 +112,38 @@
 //!
 //! # Objectives of your own
 //!
-//! Write the residual once, over any [`Scalar`]; derivatives come by themselves: see [`Residual`].
+//! Write the residual once, over any [`Scalar`]; derivatives come by themselves. In the place of a branch, a comparison
+//! gives a mask, and [`Scalar::select`] takes one of two numbers by it.
+//!
+//! ```
+//! use ikiru::{Frame, JointId, Problem, Residual, Scalar, formats, solve::check_jacobian};
+//!
+//! /// Keeps a joint at least so high (metres): the height that is missing, 0 above.
+//! #[derive(Clone, Debug)]
+//! struct StayAbove {
+//!     joint: JointId,
+//!     height: f64,
+//! }
+//!
+//! impl Residual for StayAbove {
+//!     fn joints(&self) -> &[JointId] {
+//!         std::slice::from_ref(&self.joint)
+//!     }
+//!     fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]) {
+//!         let above = frames[0].origin.y - self.height;
+//!         residual[0] = S::select(above.lt(0.0), above, S::zero());
+//!     }
+//! }
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let loaded = formats::read("builtin:human")?;
+//! # let rig = &loaded.rig;
+//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?);
+//! problem.add(1.0, StayAbove { joint: rig.joint("leftHand")?, height: 1.6 });
+//! check_jacobian(&problem, &rig.rest_pose(), 1e-6)?; // worth a line in your tests
+//! # Ok(())
+//! # }
+//! ```
 //!
 //! # Conventions
 //!

@@ -1,7 +1,7 @@
 //! Laws of poses and forward kinematics, over random rigs with every joint motion.
 
 use glam::{DMat4, DVec3};
-use ikiru_rig::{Clip, ClipError, Dual, Frame, JointId, Pose, kinematics};
+use ikiru_rig::{Clip, ClipError, Dual, Frame, JointId, LaneScalar, Lanes, Pose, kinematics};
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose, rigs};
 use proptest::prelude::*;
@@ -98,6 +98,21 @@ proptest! {
             let o = frames[i].origin;
             let exact = DVec3::new(o.x.derivatives[0], o.y.derivatives[0], o.z.derivatives[0]);
             prop_assert!((numeric - exact).length() < 1e-6 * (1.0 + exact.length()));
+        }
+    }
+
+    #[test]
+    fn poses_in_lanes_have_the_frames_that_they_have_alone((rig, seed) in rigs(20)) {
+        let mut random = Random::new(seed);
+        let poses: [Pose; 3] = std::array::from_fn(|_| random_pose(&rig, &mut random));
+        let coords: Vec<Lanes<3>> =
+            (0..rig.n_coords()).map(|i| Lanes(poses.each_ref().map(|pose| pose.coords()[i]))).collect();
+        let mut frames = vec![Frame::<Lanes<3>>::identity(); rig.n_joints()];
+        kinematics::forward(&rig, &coords, &mut frames);
+        for (lane, pose) in poses.iter().enumerate() {
+            for (frame, alone) in frames.iter().zip(pose.frames()) {
+                prop_assert_eq!(frame.map(|number| number.lane(lane)), alone);
+            }
         }
     }
 

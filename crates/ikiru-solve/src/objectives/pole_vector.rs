@@ -44,16 +44,11 @@ impl Residual for PoleVector {
         let length = line.length();
         let (to_middle, to_pole) =
             (line.cross(middle - root), line.cross(Vec3::constant(self.target) - root));
-        let smallest = 1e-9 * length.value() * length.value();
-        let has_side = length.value() > 1e-9
-            && to_middle.value().length() > smallest
-            && to_pole.value().length() > smallest;
-        residual[0] = if has_side {
-            // Both are perpendicular to the line, turned a quarter: the angle between them is the same.
-            (line.dot(to_middle.cross(to_pole)) / length).atan2(to_middle.dot(to_pole))
-        } else {
-            S::zero()
-        };
+        let smallest = length * 1e-9 * length;
+        let has_side = length.gt(1e-9) & to_middle.length().gt(smallest) & to_pole.length().gt(smallest);
+        // Both are perpendicular to the line, turned a quarter: the angle between them is the same.
+        let angle = (line.dot(to_middle.cross(to_pole)) / length).atan2(to_middle.dot(to_pole));
+        residual[0] = S::select(has_side, angle, S::zero());
     }
 }
 

@@ -1,6 +1,7 @@
 //! Custom residuals: exact derivatives on every tree, and solved like any other objective.
 
-use ikiru_rig::{Frame, JointId, Scalar, Vec3};
+use glam::DVec3;
+use ikiru_rig::{Dual, Frame, JointId, Scalar, Vec3};
 use ikiru_solve::{CheckError, Problem, Residual, Search, Solver, SolverOptions, Unit, check_jacobian};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -29,11 +30,11 @@ impl Residual for Triangle {
     }
 }
 
-/// Wrong on purpose: it hides its derivative from the solver by going through the plain value.
+/// Wrong on purpose: a number so large that rounding swallows what the derivative still sees.
 #[derive(Clone, Debug)]
-struct Opaque([JointId; 1]);
+struct Swallowed([JointId; 1]);
 
-impl Residual for Opaque {
+impl Residual for Swallowed {
     fn joints(&self) -> &[JointId] {
         &self.0
     }
@@ -41,7 +42,31 @@ impl Residual for Opaque {
         Unit::Metres
     }
     fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]) {
-        residual[0] = S::from(frames[0].origin.x.value());
+        residual[0] = (frames[0].origin.x + 1e15) - 1e15;
+    }
+}
+
+/// Keeps a joint out of a capsule between two others: the depth inside, 0 outside. Which of the ends, or which point
+/// between them, is nearest is a branch on each side of another one.
+#[derive(Clone, Debug)]
+struct KeepOut {
+    joints: [JointId; 3],
+    radius: f64,
+}
+
+impl Residual for KeepOut {
+    fn joints(&self) -> &[JointId] {
+        &self.joints
+    }
+    fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]) {
+        let [point, from, to] = [0, 1, 2].map(|i| frames[i].origin);
+        let (line, arm) = (to - from, point - from);
+        let share = arm.dot(line) / line.dot(line);
+        // A line without length has no share: NaN is neither side of a comparison, and the first end is nearest.
+        let between = Vec3::select(share.gt(0.0), from + line * share, from);
+        let nearest = Vec3::select(share.ge(1.0), to, between);
+        let depth = -point.distance(nearest) + self.radius;
+        residual[0] = S::select(depth.gt(0.0), depth, S::zero());
     }
 }
 
@@ -70,11 +95,66 @@ fn derivatives_on_random_trees_with_every_motion() {
     assert!(checked > 100);
 }
 
+/// Where a point is beside a segment, by plain numbers: the share of the way, and how far away.
+fn beside(point: DVec3, from: DVec3, to: DVec3) -> (f64, f64) {
+    let line = to - from;
+    let share = (point - from).dot(line) / line.length_squared();
+    (share, point.distance(from + line * share.clamp(0.0, 1.0)))
+}
+
+#[test]
+fn each_side_of_a_selection_has_its_own_derivative() {
+    let mut random = Random::new(11);
+    // Outside, and inside at the first end, between the two, and at the second.
+    let mut seen = [0; 4];
+    for case in 0..600 {
+        let rig = random_rig(4 + random.below(10), 9000 + case);
+        let joints = [0, 1, 2].map(|_| JointId::from_index(random.below(rig.n_joints())));
+        let pose = random_pose(&rig, &mut random);
+        let [point, from, to] = joints.map(|joint| pose.frame(joint).origin.value());
+        if from.distance(to) < 0.05 || point.distance(from).min(point.distance(to)) < 0.05 {
+            continue;
+        }
+        let (share, away) = beside(point, from, to);
+        let radius = away * random.between(0.5, 2.0);
+        if share.abs().min((share - 1.0).abs()) < 1e-2 || (radius - away).abs() < 1e-3 || away < 0.01 {
+            continue; // the residual itself has a corner here
+        }
+        let objective = KeepOut { joints, radius };
+        let side = if radius < away { 0 } else { 1 + usize::from(share > 0.0) + usize::from(share > 1.0) };
+        let mut residual = [f64::NAN];
+        Residual::evaluate(&objective, &joints.map(|joint| pose.frame(joint)), &mut residual);
+        assert!((residual[0] - (radius - away).max(0.0)).abs() < 1e-12, "{side}: {residual:?}");
+        assert_eq!(residual[0] == 0.0, side == 0);
+        let mut problem = Problem::whole_body(&rig);
+        problem.add(0.7, objective);
+        check_jacobian(&problem, &pose, 1e-4)
+            .unwrap_or_else(|error| panic!("case {case}, side {side}: {error}"));
+        seen[side] += 1;
+    }
+    assert!(seen.into_iter().all(|n| n > 20), "{seen:?}");
+}
+
+#[test]
+fn what_is_not_selected_may_be_no_number() {
+    let joints = [0, 1, 2].map(JointId::from_index);
+    let objective = KeepOut { joints, radius: 1.0 };
+    let at = |x: f64| Frame {
+        origin: Vec3::new(Dual::<1>::from(x), Dual::from(0.0), Dual::from(0.0)),
+        ..Frame::identity()
+    };
+    let mut point = at(0.25);
+    point.origin.x.derivatives[0] = 1.0;
+    let mut residual = [Dual::from(0.0)];
+    Residual::evaluate(&objective, &[point, at(0.0), at(0.0)], &mut residual);
+    assert_eq!((residual[0].value, residual[0].derivatives), (0.75, [-1.0]));
+}
+
 #[test]
 fn the_check_finds_a_wrong_derivative() {
     let rig = random_rig(12, 3);
     let mut problem = Problem::whole_body(&rig);
-    problem.add(1.0, Opaque([JointId::from_index(11)]));
+    problem.add(1.0, Swallowed([JointId::from_index(11)]));
     let pose = random_pose(&rig, &mut Random::new(1));
     assert!(matches!(
         check_jacobian(&problem, &pose, 1e-6),
