@@ -10,6 +10,7 @@
 
 mod check;
 mod gradient;
+mod lanes;
 mod layout;
 mod motion;
 mod objective;
@@ -26,6 +27,7 @@ mod words;
 pub mod objectives;
 
 pub use check::{CheckError, check_jacobian};
+pub use lanes::LaneScratch;
 pub use motion::{
     MotionError, MotionProblem, MotionReport, MotionTermReport, MotionWorkspace, PlannedMotion, TargetPath,
     TargetPathError, Timeline, TimelineError, When,

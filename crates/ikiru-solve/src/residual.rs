@@ -2,8 +2,9 @@
 
 use std::fmt::Debug;
 
-use ikiru_rig::{Dual, Frame, JointId, Rotation, Scalar, Vec3};
+use ikiru_rig::{Dual, Frame, JointId, LaneScalar, Rotation, Scalar, Vec3};
 
+use crate::lanes::LaneScratch;
 use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
 use crate::words::{Sense, Unit};
 
@@ -38,8 +39,59 @@ pub trait Residual: Debug + Send + Sync + 'static {
     fn joints(&self) -> &[JointId];
 
     /// Computes the residual: `frames` are those of [`joints`](Self::joints), `residual` has
-    /// [`n_rows`](Self::n_rows) entries, in metres or radians.
+    /// [`n_rows`](Self::n_rows) entries in metres or radians, each of which is to be set.
+    ///
+    /// Numbers have no order to branch on: comparisons give masks, and [`Scalar::select`] takes one of two numbers by
+    /// them. A division that may be by zero is computed and then not selected.
     fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]);
+
+    /// Computes the residuals of `N` problems at once, each in a lane: `lanes` holds one of this kind for each problem,
+    /// with numbers of its own, and all of them read as many joints and have as many rows. `frames` and `residual` are as
+    /// in [`evaluate`](Self::evaluate), the lanes of each number side by side, plain or with derivatives.
+    ///
+    /// Goes lane by lane unless said otherwise. What is written here instead gives every lane the bits that
+    /// [`evaluate`](Self::evaluate) gives it alone; that is so where it is the same source, with what differs from lane to
+    /// lane [gathered](LaneScalar::gather). Solvers take one problem at a time so far, and do not call it yet.
+    ///
+    /// ```
+    /// # use ikiru_rig::{Frame, JointId, LaneScalar, Scalar};
+    /// # use ikiru_solve::{LaneScratch, Residual};
+    /// # #[derive(Clone, Debug)]
+    /// # struct KeepApart {
+    /// #     joints: [JointId; 2],
+    /// #     distance: f64,
+    /// # }
+    /// fn keep_apart<S: Scalar>(frames: &[Frame<S>], distance: S, residual: &mut [S]) {
+    ///     residual[0] = frames[0].origin.distance(frames[1].origin) - distance;
+    /// }
+    ///
+    /// impl Residual for KeepApart {
+    /// #     fn joints(&self) -> &[JointId] {
+    /// #         &self.joints
+    /// #     }
+    ///     // …
+    ///     fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]) {
+    ///         keep_apart(frames, S::from(self.distance), residual);
+    ///     }
+    ///     fn evaluate_lanes<S: LaneScalar<N>, const N: usize>(
+    ///         lanes: [&Self; N],
+    ///         frames: &[Frame<S>],
+    ///         residual: &mut [S],
+    ///         _: &mut LaneScratch<S::Lane>,
+    ///     ) {
+    ///         keep_apart(frames, S::gather(lanes.map(|lane| lane.distance)), residual);
+    ///     }
+    /// }
+    /// ```
+    fn evaluate_lanes<S: LaneScalar<N>, const N: usize>(
+        lanes: [&Self; N],
+        frames: &[Frame<S>],
+        residual: &mut [S],
+        scratch: &mut LaneScratch<S::Lane>,
+    ) {
+        scratch
+            .lane_by_lane(frames, residual, |lane, frames, residual| lanes[lane].evaluate(frames, residual));
+    }
 
     /// How many rows the residual has; 1 unless said otherwise. It must not change between solves without
     /// need: memory is laid out by it.

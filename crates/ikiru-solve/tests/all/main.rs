@@ -7,6 +7,7 @@ mod custom;
 mod hard;
 #[cfg(feature = "ipopt")]
 mod ipopt;
+mod lanes;
 mod motion;
 mod motion_cones;
 mod motion_given;
