@@ -1,0 +1,214 @@
+//! A cone seen from a rotation: normals of the edges that it lies on, and a box of the room around it.
+
+use std::f64::consts::PI;
+
+use glam::{DQuat, DVec2, DVec3};
+
+use super::{ANTIPODE, Cone};
+use crate::maths;
+
+/// A cone, seen from a rotation in its tangent space: to first order a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TangentBox {
+    /// Three perpendicular unit axes in the tangent space.
+    pub axes: [DVec3; 3],
+    /// How far along each axis the limits lie, behind (not positive inside) and ahead (not negative inside), in radians.
+    pub room: [(f64, f64); 3],
+    /// How strongly the swing boundary bends, per radian: along the other axes it falls back by half of
+    /// this times the square of the way.
+    pub curvature: f64,
+}
+
+/// A limit that a rotation lies on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConeNormal {
+    /// Outward unit normal in the tangent space of the rotation.
+    pub direction: DVec3,
+    /// Whether the limit has no width, so that neither direction is free.
+    pub both_ways: bool,
+}
+
+impl Cone {
+    /// The limits that hold `q` back, for a `q` on the boundary or outside: outward unit normals in the
+    /// tangent space of `q` (the space of ω in `q · exp(ω)`), swing first.
+    ///
+    /// `margin` (radians) is how near to a limit counts as on it. A limit without width on either side
+    /// holds both ways.
+    #[must_use]
+    pub fn normals(&self, q: DQuat, margin: f64) -> [Option<ConeNormal>; 3] {
+        let (swing, twist) = self.swing_twist(q);
+        let back = maths::turn_about(self.axis, -twist);
+        let mut normals = [None; 3];
+        let angle = swing.length();
+        let u = if angle > 1e-12 { swing / angle } else { DVec2::X };
+        let v = DVec2::new(-u.y, u.x);
+        let (u3, v3) = (self.in_space(u), self.in_space(v));
+        // A tangent ω, seen past the twist, changes the swing vector by (ω·u) u + (σ / sin σ)(ω·v) v; all is
+        // scaled by sin σ / σ, which leaves a direction also at the antipode (σ = π).
+        let sinc = if angle > 1e-6 { maths::sin(angle) / angle } else { 1.0 };
+        let pull_back = |gradient: DVec2| {
+            let n = u3 * (gradient.dot(u) * sinc) + v3 * gradient.dot(v);
+            back * n.try_normalize().unwrap_or(u3)
+        };
+        let (a, b) = (self.swing.x, self.swing.y);
+        if a < ANTIPODE || b < ANTIPODE {
+            for (idx, (width, value, axis)) in
+                [(a, swing.x, DVec2::X), (b, swing.y, DVec2::Y)].into_iter().enumerate()
+            {
+                let both_ways = width < ANTIPODE;
+                if both_ways || value.abs() >= width - margin {
+                    let direction = pull_back(if value < 0.0 { -axis } else { axis });
+                    normals[idx] = Some(ConeNormal { direction, both_ways });
+                }
+            }
+        } else if self.ellipse_excess(swing) >= -2.0 * margin / a.min(b) && !(a >= PI && b >= PI) {
+            let gradient = swing / (self.swing * self.swing);
+            normals[0] = Some(ConeNormal { direction: pull_back(gradient), both_ways: false });
+        }
+        let range = self.twist;
+        let whole_turn = range.max - range.min >= 2.0 * PI;
+        if !whole_turn && (twist >= range.max - margin || twist <= range.min + margin) {
+            // dθ = ω · (axis + tan(σ/2) axis × u), scaled by cos(σ/2).
+            let (s, c) = maths::sin_cos(0.5 * angle);
+            let gradient = self.axis * c + self.axis.cross(u3) * s;
+            let upper = (twist - range.max).abs() <= (twist - range.min).abs();
+            let direction = back * if upper { gradient } else { -gradient };
+            normals[2] = Some(ConeNormal { direction, both_ways: range.max - range.min < ANTIPODE });
+        }
+        normals
+    }
+
+    /// The limit as a box in the tangent space of `q` (the space of ω in `q · exp(ω)`): to first order, how far
+    /// `q` may turn along three perpendicular axes, and how strongly the boundary bends.
+    #[must_use]
+    pub fn tangent_box(&self, q: DQuat) -> TangentBox {
+        let (swing, twist) = self.swing_twist(q);
+        let back = maths::turn_about(self.axis, -twist);
+        let angle = swing.length();
+        let u = if angle > 1e-12 { swing / angle } else { DVec2::X };
+        let v = DVec2::new(-u.y, u.x);
+        let (u3, v3) = (self.in_space(u), self.in_space(v));
+        let sinc = if angle > 1e-6 { (maths::sin(angle) / angle).max(1e-6) } else { 1.0 };
+        // As for the normals, but with the true length: by how much a function of the swing grows.
+        let pull_back = |gradient: DVec2| u3 * gradient.dot(u) + v3 * (gradient.dot(v) / sinc);
+        let (a, b) = (self.swing.x, self.swing.y);
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        let (mut limits, mut curvature) = ([(DVec3::ZERO, free); 3], 0.0);
+        if a < ANTIPODE || b < ANTIPODE {
+            limits[0] = (pull_back(DVec2::X), (-a - swing.x, a - swing.x));
+            limits[1] = (pull_back(DVec2::Y), (-b - swing.y, b - swing.y));
+        } else if !(a >= PI && b >= PI) {
+            let level = (swing / self.swing).length();
+            let gradient =
+                if level > 1e-9 { swing / (self.swing * self.swing) / level } else { u / self.swing };
+            limits[0] = (pull_back(gradient), (f64::NEG_INFINITY, 1.0 - level));
+            // Of the ellipse at the angle at which the swing lies.
+            let on = (swing / self.swing).normalize_or(DVec2::X);
+            curvature = a * b / DVec2::new(b * on.x, a * on.y).length().powi(3).max(1e-9);
+            curvature = curvature.min(1e3);
+        }
+        if self.twist.max - self.twist.min < 2.0 * PI {
+            let (s, c) = maths::sin_cos(0.5 * angle);
+            let gradient = self.axis + self.axis.cross(u3) * (s / c.max(1e-6));
+            limits[2] = (gradient, (self.twist.min - twist, self.twist.max - twist));
+        }
+        perpendicular_box(limits, curvature, back)
+    }
+}
+
+/// Makes gradients with their ranges into perpendicular axes with room along each.
+fn perpendicular_box(limits: [(DVec3, (f64, f64)); 3], curvature: f64, back: DQuat) -> TangentBox {
+    let mut axes = [DVec3::ZERO; 3];
+    let mut room = [(f64::NEG_INFINITY, f64::INFINITY); 3];
+    let mut n = 0;
+    for (gradient, (down, up)) in limits {
+        let mut rest = gradient;
+        for axis in &axes[..n] {
+            rest -= *axis * rest.dot(*axis);
+        }
+        let length = rest.length();
+        if length > 1e-9 * gradient.length() && length > 0.0 {
+            axes[n] = rest / length;
+            room[n] = (down / length, up / length);
+            n += 1;
+        }
+    }
+    match n {
+        0 => axes = [DVec3::X, DVec3::Y, DVec3::Z],
+        1 => {
+            axes[1] = axes[0].any_orthonormal_vector();
+            axes[2] = axes[0].cross(axes[1]);
+        }
+        2 => axes[2] = axes[0].cross(axes[1]),
+        _ => {}
+    }
+    TangentBox { axes: axes.map(|axis| back * axis), room, curvature }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limit::Range;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn normals_are_the_gradients_of_swing_and_twist(
+            axis in prop::array::uniform3(-1.0..1.0f64), widths in prop::array::uniform2(0.2..3.0f64),
+            direction in 0.0..6.0f64, twist in -3.0..3.0f64, omega in prop::array::uniform3(-1.0..1.0f64)
+        ) {
+            prop_assume!(DVec3::from(axis).length() > 0.1);
+            let cone = Cone::new(DVec3::from(axis), widths, Range::new(-PI, twist)).unwrap();
+            let swing = DVec2::from_angle(direction) * DVec2::from(widths);
+            prop_assume!(swing.length() < PI - 0.05);
+            let q = cone.compose(swing.to_array(), twist);
+            let normals = cone.normals(q, 1e-9);
+            let moved = |sign: f64| {
+                let (s, t) = cone.decompose(q * DQuat::from_scaled_axis(DVec3::from(omega) * (sign * 1e-6)));
+                (cone.ellipse_excess(DVec2::from(s)), t)
+            };
+            let (ahead, behind) = (moved(1.0), moved(-1.0));
+            // The normals are unit vectors: compare directions through the ratio over three basis tangents.
+            let n_swing = normals[0].unwrap().direction;
+            let n_twist = normals[2].unwrap().direction;
+            let gradient = |f: &dyn Fn(DVec3) -> f64| {
+                DVec3::new(f(DVec3::X), f(DVec3::Y), f(DVec3::Z)).normalize()
+            };
+            let difference = |pick: &dyn Fn(DQuat) -> f64, w: DVec3| {
+                pick(q * DQuat::from_scaled_axis(w * 1e-6)) - pick(q * DQuat::from_scaled_axis(w * -1e-6))
+            };
+            let by_swing = gradient(&|w| difference(&|q| cone.ellipse_excess(cone.swing_twist(q).0), w));
+            let by_twist = gradient(&|w| difference(&|q| cone.swing_twist(q).1, w));
+            prop_assert!(by_swing.dot(n_swing) > 1.0 - 1e-5, "{by_swing} {n_swing}");
+            prop_assert!(by_twist.dot(n_twist) > 1.0 - 1e-5, "{by_twist} {n_twist}");
+            prop_assert!(ahead.0.is_finite() && behind.1.is_finite());
+        }
+    }
+
+    #[test]
+    fn a_tangent_box_ends_where_the_cone_does() {
+        let cone = Cone::new(DVec3::new(0.2, 1.0, -0.3), [0.9, 0.9], Range::new(-0.7, 0.4)).unwrap();
+        for i in 0..200 {
+            let i = f64::from(i);
+            let swing = DVec2::from_angle(i * 0.7) * (0.9 * (i * 0.37).fract());
+            let q = cone.compose(swing.to_array(), -0.7 + 1.1 * (i * 0.61).fract());
+            let limits = cone.tangent_box(q);
+            for (axis, (down, up)) in limits.axes.into_iter().zip(limits.room) {
+                assert!((axis.length() - 1.0).abs() < 1e-12 && down <= 1e-12 && up >= -1e-12);
+                for room in [down, up] {
+                    if room.is_finite() && room.abs() < 0.02 {
+                        // So near to the boundary the box is exact to second order.
+                        let moved = q * DQuat::from_scaled_axis(axis * room);
+                        let (s, t) = cone.decompose(moved);
+                        let to_swing = (DVec2::from(s).length() - 0.9).abs();
+                        let to_twist = (t - 0.4).abs().min((t + 0.7).abs());
+                        assert!(
+                            to_swing.min(to_twist) < 2.0 * room * room + 1e-9,
+                            "{to_swing} {to_twist} {room}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
