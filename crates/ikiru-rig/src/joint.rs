@@ -216,6 +216,15 @@ impl JointMotion {
         }
     }
 
+    /// The same of a joint of that rest rotation, from which its cone counts what its centre does not say.
+    pub(crate) fn at_rest(self, rest: DQuat) -> Self {
+        match self {
+            Self::Ball { cone } => Self::Ball { cone: cone.map(|cone| cone.at_rest(rest)) },
+            Self::Free { cone } => Self::Free { cone: cone.map(|cone| cone.at_rest(rest)) },
+            other => other,
+        }
+    }
+
     pub(crate) fn is_scalar(&self) -> bool {
         matches!(self, Self::Hinge { .. } | Self::Slider { .. })
     }

@@ -59,7 +59,7 @@ pub use frame::{Frame, Rotation, Vec3};
 pub use humanoid::Role;
 pub use joint::{EulerOrder, Joint, JointId, JointMotion, Mimic};
 pub use lanes::{LaneScalar, Lanes};
-pub use limit::{Cone, ConeError, ConeNormal, Range, TangentBox};
+pub use limit::{Cone, ConeCentre, ConeError, ConeNormal, Range, TangentBox};
 pub use name::{UnknownName, unknown as unknown_name};
 pub use pose::{Pose, PoseError, difference_joint, project_joint, retract_joint, rotation_vector};
 pub use rig::{ChainError, Rig, RigBuilder, RigError};

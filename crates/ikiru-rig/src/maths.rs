@@ -48,6 +48,13 @@ pub fn hypot(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }
 
+/// The unit quaternion of one of any length; `None` where that is 0 or not finite.
+pub(crate) fn unit_quaternion(q: DQuat) -> Option<DQuat> {
+    // Scaled first, so that neither huge nor tiny numbers overflow on the way.
+    let largest = q.to_array().into_iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+    (q.is_finite() && largest > 0.0).then(|| DQuat::from_array(q.to_array().map(|c| c / largest)).normalize())
+}
+
 /// How many whole turns an angle (radians) is away from the nearest within half a turn. Half a turn itself is none,
 /// whatever rounding makes of it: both ways are as short.
 #[must_use]

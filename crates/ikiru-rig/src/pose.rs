@@ -101,7 +101,8 @@ impl Pose {
                 return Err(bad());
             }
             if let Some(q) = pose.quaternion_slot(joint) {
-                let unit = unit_quaternion(DQuat::from_slice(&pose.coords[q..q + 4])).ok_or_else(bad)?;
+                let unit =
+                    maths::unit_quaternion(DQuat::from_slice(&pose.coords[q..q + 4])).ok_or_else(bad)?;
                 pose.coords[q..q + 4].copy_from_slice(&unit.to_array());
             }
         }
@@ -229,7 +230,7 @@ impl Pose {
     /// When the joint has no rotation to set, or the value is not finite.
     pub fn set_rotation(&mut self, joint: JointId, rotation: DQuat) -> Result<(), PoseError> {
         let data = self.data(joint)?;
-        let unit = unit_quaternion(rotation).ok_or_else(|| PoseError::Value(data.name.clone()))?;
+        let unit = maths::unit_quaternion(rotation).ok_or_else(|| PoseError::Value(data.name.clone()))?;
         if let JointMotion::Euler { order, .. } = data.motion {
             return self.set_euler(joint, order.angles(unit));
         }
@@ -365,12 +366,6 @@ impl Pose {
         let cone = data.motion.cone().map_or([0.0; 2], |cone| cone.distance(self.rotation(joint)));
         angles.max(cone[0]).max(cone[1])
     }
-}
-
-fn unit_quaternion(q: DQuat) -> Option<DQuat> {
-    // Scaled first, so that neither huge nor tiny numbers overflow on the way.
-    let largest = q.to_array().into_iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-    (q.is_finite() && largest > 0.0).then(|| DQuat::from_array(q.to_array().map(|c| c / largest)).normalize())
 }
 
 /// The rotation vector of a unit quaternion, of length at most π.

@@ -372,6 +372,9 @@ impl RigBuilder {
         for (idx, joint) in self.joints.iter().enumerate() {
             check_joint(idx, joint)?;
         }
+        for joint in &mut self.joints {
+            joint.motion = joint.motion.at_rest(joint.rest_rotation);
+        }
         self.link_mimics()?;
         let mut by_name = HashMap::with_capacity(found);
         let mut roles: [Option<JointId>; Role::ALL.len()] = [None; Role::ALL.len()];

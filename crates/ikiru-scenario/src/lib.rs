@@ -38,6 +38,7 @@
 //! | `scale` | metres in a unit of the file, for formats that do not say; BVH | 1 |
 //! | `world` | `"scene"` or `"file"`: whose axes targets are in: y up and facing +z, or those of a URDF or VRM 0.x file | `"scene"` |
 //! | `[limits.NAME]` | `min_deg`, `max_deg`: ranges of the angles (x, y, z) of `Rz·Ry·Rx`; or `axis`, `swing_deg`, `twist_deg`: a cone, twist ±180 unless given | as the rig has it |
+//! | …, of a cone | `parent_rotation`, `joint_rotation` (x, y, z, w; any length): P and K of another centre than the rest pose; the limit is then one of `P⁻¹ · (rest · q) · K`, with `rest · q` the joint's rotation in its parent | both: about the rest pose; one: the identity |
 //! | `[start]` | the name of a pose's file, `start = "pose.json"`, as `ikiru solve` writes it; or `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]`: how far the floating root is from where it is at rest, metres along the axes of `world` | the rest pose |
 //! | `[[objective]]` | `kind` and its keys, below | an error |
 //! | `[motion]` | for planning: `duration_secs` and `rate` (30), or `points`; `smoothness = [speed, acceleration, jerk]` (0.001 each), `even_spacing` (0), `start_at_rest`, `end_at_rest` (false), `fixed_start` (true), `[motion.end]` or `end` as `[start]` | a single pose |

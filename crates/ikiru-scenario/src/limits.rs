@@ -2,15 +2,16 @@
 
 use std::f64::consts::PI;
 
-use ikiru_rig::{Cone, EulerOrder, JointId, JointMotion, Range, Rig, RigBuilder, RigError};
+use ikiru_rig::{Cone, ConeCentre, EulerOrder, JointId, JointMotion, Range, Rig, RigBuilder, RigError};
 
 use crate::error::{Error, ErrorKind};
 use crate::table::{Table, Value};
 use crate::values::{joint_of_key, name_of, with_article};
 
 const EULER: [&str; 2] = ["min_deg", "max_deg"];
-const CONE: [&str; 3] = ["axis", "swing_deg", "twist_deg"];
-const KEYS: [&str; 5] = ["min_deg", "max_deg", "axis", "swing_deg", "twist_deg"];
+const CENTRE: [&str; 2] = ["parent_rotation", "joint_rotation"];
+const CONE: [&str; 5] = ["axis", "swing_deg", "twist_deg", CENTRE[0], CENTRE[1]];
+const KEYS: [&str; 7] = [EULER[0], EULER[1], CONE[0], CONE[1], CONE[2], CONE[3], CONE[4]];
 
 /// The rig with the scenario's limits, its root free where the scenario says so; and the joints that it limits.
 pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<(Rig, Vec<JointId>), Error> {
@@ -141,7 +142,22 @@ fn cone(table: &Table<'_>) -> Result<Cone, Error> {
         }
         twist = Range::new(min.to_radians().max(-PI), max.to_radians().min(PI));
     }
-    Cone::new(axis, swing, twist).map_err(|e| table.error(ErrorKind::Cone(e)))
+    let cone = Cone::new(axis, swing, twist);
+    let cone = match centre(table)? {
+        None => cone,
+        Some(centre) => cone.and_then(|cone| cone.with_centre(centre)),
+    };
+    cone.map_err(|e| table.error(ErrorKind::Cone(e)))
+}
+
+/// The centre of a cone, where it has one: of two rotations, the one left out is the identity.
+fn centre(table: &Table<'_>) -> Result<Option<ConeCentre>, Error> {
+    let [parent, joint] = CENTRE.map(|key| table.get(key).map(|value| value.quaternion()).transpose());
+    let (parent, joint) = (parent?, joint?);
+    Ok((parent.is_some() || joint.is_some()).then(|| ConeCentre {
+        parent_rotation: parent.unwrap_or_default(),
+        joint_rotation: joint.unwrap_or_default(),
+    }))
 }
 
 /// The two entries of a list, each with its own place.

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Clip, Cone, EulerOrder, Joint, JointId, JointMotion, Mimic, Pose, Range, Rig, RigBuilder};
+use ikiru_rig::{
+    Clip, Cone, ConeCentre, EulerOrder, Joint, JointId, JointMotion, Mimic, Pose, Range, Rig, RigBuilder,
+};
 use proptest::prelude::*;
 
 /// A small deterministic generator (splitmix64), for tests that need many numbers rather than shrinking.
@@ -62,10 +64,13 @@ impl Random {
     }
 }
 
-/// A random tree of `n_joints` joints with every kind of motion and limit in turn, mimic joints included.
+/// A random tree of `n_joints` joints with every kind of motion and limit in turn, mimic joints included. Half of the
+/// cones have a centre of their own.
 #[must_use]
 pub fn random_rig(n_joints: usize, seed: u64) -> Rig {
     let mut random = Random::new(seed);
+    // Numbers of their own, so that all else is as it is without them.
+    let mut of_centres = Random::new(!seed);
     let mut builder = RigBuilder::new();
     let mut scalars: Vec<JointId> = Vec::new();
     for idx in 0..n_joints.max(1) {
@@ -89,8 +94,8 @@ pub fn random_rig(n_joints: usize, seed: u64) -> Rig {
                 order: EulerOrder::ALL[random.below(6)],
                 ranges: [random_range(&mut random), random_range(&mut random), random_range(&mut random)],
             },
-            4 => JointMotion::Ball { cone: random_cone(&mut random) },
-            5 => JointMotion::Free { cone: random_cone(&mut random) },
+            4 => JointMotion::Ball { cone: random_cone(&mut random, &mut of_centres) },
+            5 => JointMotion::Free { cone: random_cone(&mut random, &mut of_centres) },
             _ => JointMotion::BALL,
         };
         if matches!(joint.motion, JointMotion::Hinge { .. } | JointMotion::Slider { .. }) {
@@ -121,11 +126,16 @@ fn random_range(random: &mut Random) -> Range {
     Range::new(low, low + random.between(0.05, 3.0))
 }
 
-fn random_cone(random: &mut Random) -> Option<Cone> {
+fn random_cone(random: &mut Random, of_centres: &mut Random) -> Option<Cone> {
     let axis = random.rotation() * DVec3::Y;
     let swing = [random.between(0.2, PI), random.between(0.2, PI)];
     let twist = Range::new(random.between(-PI, 0.0), random.between(0.0, PI));
-    Cone::new(axis, swing, twist).ok().filter(|_| random.unit() < 0.7)
+    let cone = Cone::new(axis, swing, twist).ok().filter(|_| random.unit() < 0.7)?;
+    if of_centres.unit() < 0.5 {
+        return Some(cone);
+    }
+    let centre = ConeCentre { parent_rotation: of_centres.rotation(), joint_rotation: of_centres.rotation() };
+    cone.with_centre(centre).ok()
 }
 
 /// A random pose inside the limits. Unlimited angles lie within ±π, translations within half a metre.

@@ -159,8 +159,8 @@ pub use ikiru_solve as solve;
 pub use glam::{DQuat, DVec3};
 pub use ikiru_formats::Loaded;
 pub use ikiru_rig::{
-    Clip, Cone, EulerOrder, Frame, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit, RatePart, Rig,
-    RigBuilder, Role, Scalar,
+    Clip, Cone, ConeCentre, EulerOrder, Frame, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit,
+    RatePart, Rig, RigBuilder, Role, Scalar,
 };
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::{

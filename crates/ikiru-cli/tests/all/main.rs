@@ -6,6 +6,7 @@ mod command;
 mod common;
 mod defects_front;
 mod features;
+mod inspect;
 mod plan;
 mod round_trips;
 mod suite;

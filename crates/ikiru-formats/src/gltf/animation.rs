@@ -101,7 +101,8 @@ pub(super) fn clip(
         ignored: BTreeMap::new(),
         needs,
     };
-    let mut tracks = Vec::new();
+    // A joint has two at most. They are large: a list that grows by doubling would take a third more.
+    let mut tracks = Vec::with_capacity(entry.channels.len().min(2 * scene.rig.n_joints()));
     let mut targets = HashSet::new();
     for (at, channel) in entry.channels.iter().enumerate() {
         if let Some(node) = channel.target.node

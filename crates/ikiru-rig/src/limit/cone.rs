@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec2, DVec3};
 
+use super::centre::{ConeCentre, Folded};
 use super::ellipse::{distance_inside_ellipse, nearest_on_ellipse};
 use super::{ANTIPODE, Range};
 use crate::maths;
@@ -14,6 +15,9 @@ use crate::maths;
 /// `exp(s)` with `s ⊥ axis`. Inside means `(s₁/a)² + (s₂/b)² ≤ 1` and `twist.min ≤ θ ≤ twist.max`.
 /// `s₁` is measured about [`first_swing_axis`](Self::first_swing_axis). At a swing of π, where the
 /// twist is not defined, it is 0 by rule.
+///
+/// `q` is the rotation of the joint's motion, so that the cone is about the rest pose; with a
+/// [centre](Self::with_centre) the same holds for another rotation in its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     pub(super) axis: DVec3,
@@ -21,6 +25,7 @@ pub struct Cone {
     pub(super) second: DVec3,
     pub(super) swing: DVec2,
     pub(super) twist: Range,
+    centre: Option<Folded>,
 }
 
 /// What is wrong with the numbers of a [`Cone`].
@@ -35,10 +40,13 @@ pub enum ConeError {
     /// The twist range is not ordered or leaves −π to π.
     #[error("the twist range must be ordered and inside −π to π rad (±180°), not {0} to {1}")]
     Twist(f64, f64),
+    /// A rotation of the centre has no direction.
+    #[error("the centre's {0} must be a finite quaternion longer than zero, not {1:?}")]
+    Centre(&'static str, [f64; 4]),
 }
 
 impl Cone {
-    /// A cone about `axis` (in the joint's frame, any length): half-widths `swing` of the ellipse and the
+    /// A cone about the rest pose and about `axis` (in the joint's frame, any length): half-widths `swing` of the ellipse and the
     /// range of the `twist`, all in radians.
     ///
     /// # Errors
@@ -59,10 +67,52 @@ impl Cone {
         // At a swing of π the twist is 0 by rule: where 0 is forbidden, so is that swing.
         let largest = if twist.distance(0.0) > 0.0 { PI - 1e-6 } else { PI };
         let swing = DVec2::from(swing).min(DVec2::splat(largest));
-        Ok(Self { axis: unit, first, second: unit.cross(first), swing, twist })
+        Ok(Self { axis: unit, first, second: unit.cross(first), swing, twist, centre: None })
     }
 
-    /// The twist axis, a unit vector in the joint's frame.
+    /// The same about another centre than the rest pose: its axes, and swing and twist about them, are then those of
+    /// `L = P⁻¹ · (rest · q) · K`. The quaternions may have any length.
+    ///
+    /// `rest` is the identity until a joint has the cone: [`RigBuilder::build`](crate::RigBuilder::build) gives every cone the
+    /// rest rotation of its joint.
+    ///
+    /// ```
+    /// use glam::{DQuat, DVec3};
+    /// use ikiru_rig::{Cone, ConeCentre, Range};
+    ///
+    /// // An upper arm along +x at rest, whose middle is 30° further down and 40° further forward.
+    /// let middle = DQuat::from_rotation_y(-40_f64.to_radians()) * DQuat::from_rotation_z(-30_f64.to_radians());
+    /// let cone = Cone::new(DVec3::X, [1.9, 1.5], Range::degrees(-110.0, 75.0))?;
+    /// let cone = cone.with_centre(ConeCentre { parent_rotation: middle, ..ConeCentre::default() })?;
+    /// let ([about_y, about_z], twist) = cone.decompose(middle);
+    /// assert!(about_y.abs() < 1e-9 && about_z.abs() < 1e-9 && twist.abs() < 1e-9);
+    /// # Ok::<(), ikiru_rig::ConeError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When a rotation is not finite or has the length 0.
+    pub fn with_centre(self, centre: ConeCentre) -> Result<Self, ConeError> {
+        Ok(Self { centre: Some(Folded::new(&centre)?), ..self })
+    }
+
+    /// The same about the rest pose.
+    #[must_use]
+    pub fn without_centre(self) -> Self {
+        Self { centre: None, ..self }
+    }
+
+    /// The same for a joint of that rest rotation (a unit quaternion), whatever the cone was told before.
+    pub(crate) fn at_rest(self, rest: DQuat) -> Self {
+        Self { centre: self.centre.map(|folded| Folded::of(folded.centre, rest)), ..self }
+    }
+
+    /// The centre, with unit quaternions; `None` for a cone about the rest pose.
+    #[must_use]
+    pub fn centre(&self) -> Option<ConeCentre> {
+        self.centre.map(|folded| folded.centre)
+    }
+
+    /// The twist axis, a unit vector; in the joint's frame, with a [centre](Self::with_centre) in the cone's own.
     #[must_use]
     pub fn axis(&self) -> DVec3 {
         self.axis
@@ -101,6 +151,7 @@ impl Cone {
     }
 
     pub(super) fn swing_twist(&self, q: DQuat) -> (DVec2, f64) {
+        let q = self.centre.as_ref().map_or(q, |centre| centre.enter(q));
         let q = if q.w < 0.0 { -q } else { q };
         let v = q.xyz();
         let along = v.dot(self.axis);
@@ -123,7 +174,14 @@ impl Cone {
     #[must_use]
     pub fn compose(&self, swing: [f64; 2], twist: f64) -> DQuat {
         let s = self.first * swing[0] + self.second * swing[1];
-        (maths::turn_by(s) * maths::turn_about(self.axis, twist)).normalize()
+        let l = (maths::turn_by(s) * maths::turn_about(self.axis, twist)).normalize();
+        self.centre.as_ref().map_or(l, |centre| centre.leave(l))
+    }
+
+    /// What a tangent is turned by that was seen past a twist: into the tangent space of the rotation as a whole.
+    pub(super) fn back_from_twist(&self, twist: f64) -> DQuat {
+        let back = maths::turn_about(self.axis, -twist);
+        self.centre.as_ref().map_or(back, |centre| centre.tangent_from_cone() * back)
     }
 
     /// The nearest rotation inside: the swing moves to the nearest point of the ellipse, then the twist is

@@ -1,10 +1,12 @@
 //! Hard limits: a range for an angle or offset, and a swing cone with a twist range for a ball.
 
+mod centre;
 mod cone;
 mod ellipse;
 mod range;
 mod tangent;
 
+pub use centre::ConeCentre;
 pub use cone::{Cone, ConeError};
 pub use range::Range;
 pub use tangent::{ConeNormal, TangentBox};

@@ -37,7 +37,7 @@ impl Cone {
     #[must_use]
     pub fn normals(&self, q: DQuat, margin: f64) -> [Option<ConeNormal>; 3] {
         let (swing, twist) = self.swing_twist(q);
-        let back = maths::turn_about(self.axis, -twist);
+        let back = self.back_from_twist(twist);
         let mut normals = [None; 3];
         let angle = swing.length();
         let u = if angle > 1e-12 { swing / angle } else { DVec2::X };
@@ -83,7 +83,7 @@ impl Cone {
     #[must_use]
     pub fn tangent_box(&self, q: DQuat) -> TangentBox {
         let (swing, twist) = self.swing_twist(q);
-        let back = maths::turn_about(self.axis, -twist);
+        let back = self.back_from_twist(twist);
         let angle = swing.length();
         let u = if angle > 1e-12 { swing / angle } else { DVec2::X };
         let v = DVec2::new(-u.y, u.x);

@@ -1,6 +1,7 @@
 //! All tests of the crate in one program, which links once.
 
 mod clip;
+mod cones;
 mod humanoid;
 mod laws;
 mod no_allocation;

@@ -1,5 +1,6 @@
 //! All tests of the crate in one program, which links once.
 
+mod centred_cones;
 mod characters;
 mod floating;
 mod motion;

@@ -172,6 +172,26 @@ fn values_out_of_range() {
 }
 
 #[test]
+fn centres_of_cones() {
+    let zero = "parent_rotation = [0, 0, 0, 0]";
+    assert_eq!(refused(12, zero, (12, 19), &["'parent_rotation'", "length 0", "[x, y, z, w]"]), "NoLength");
+    refused(12, "joint_rotation = [0, 0, 0, 0]", (12, 18), &["'joint_rotation'", "length 0"]);
+    assert_eq!(refused(12, "joint_rotation = [0, 0, 1]", (12, 18), &["3 entries", "quaternion"]), "Length");
+    assert_eq!(refused(12, "parent_rotation = \"x\"", (12, 19), &["a string", "quaternion"]), "Type");
+    assert_eq!(refused(12, "parent_rotation = [0, 0, nan, 1]", (12, 26), &["is nan"]), "NotFinite");
+    let near = &["[limits.left_wrist]", "did you mean 'parent_rotation'"];
+    assert_eq!(refused(12, "parent_rotaton = [0, 0, 0, 1]", (12, 1), near), "UnknownKey");
+    // Of a cone, and of nothing else.
+    let beside = "max_deg = [90, 5, 10]\njoint_rotation = [0, 0, 0, 1]";
+    assert_eq!(refused(8, beside, (6, 1), &["either 'min_deg' and 'max_deg'", "a cone"]), "Alternatives");
+    refused_text(
+        "version = 1\nrig = \"builtin:reference\"\n[limits.head]\nparent_rotation = [0, 0, 0, 1]\n",
+        (3, 1),
+        &["[limits.head] lacks 'axis'"],
+    );
+}
+
+#[test]
 fn unknown_names() {
     let kind = refused(17, "joint = \"left_wirst\"", (17, 9), &["'left_wirst'", "did you mean 'left_wrist'"]);
     assert_eq!(kind, "UnknownJoint");

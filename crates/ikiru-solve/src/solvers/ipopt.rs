@@ -111,7 +111,7 @@ impl Ipopt {
 enum Chart {
     /// `start · exp(v)`
     About(DQuat),
-    /// `exp(s) · twist(θ)`
+    /// `exp(s) · twist(θ)`, about the cone's centre
     SwingTwist(Cone),
 }
 
@@ -242,8 +242,10 @@ impl Charts {
             let by_variables = match &turn.chart {
                 Chart::About(_) => right_jacobian_transposed(DVec3::new(a, b, c), g),
                 Chart::SwingTwist(cone) => {
+                    // Directions of the joint are turned by K against those of the cone.
+                    let g = cone.centre().map_or(g, |centre| centre.joint_rotation.conjugate() * g);
                     // exp(s + ds) = exp(s) · exp(J ds), and exp(δ) · twist = twist · exp(twist⁻¹ δ).
-                    let axes = [cone.first_swing_axis(), cone.axis().cross(cone.first_swing_axis())];
+                    let axes = [cone.first_swing_axis(), cone.second_swing_axis()];
                     let before_twist = maths::turn_about(cone.axis(), c) * g;
                     let s = right_jacobian_transposed(axes[0] * a + axes[1] * b, before_twist);
                     DVec3::new(s.dot(axes[0]), s.dot(axes[1]), g.dot(cone.axis()))

@@ -7,6 +7,7 @@ use glam::DVec3;
 use ikiru_rig::{Cone, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{PoseTarget, Position, RestPose};
 use ikiru_solve::{Invalid, Loss, Method, Problem, Search, Solver, SolverOptions, StopReason};
+use ikiru_testkit::cones::{largest_cone_excess, without_centres};
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -55,7 +56,8 @@ fn the_minimum_is_that_of_lm() {
     let mut random = Random::new(3);
     let (mut all, mut agreeing) = (0, 0);
     for case in 0..40 {
-        let rig = random_rig(3 + random.below(12), 500 + case);
+        // With cones about the rest pose, where a solve then begins in their midst.
+        let rig = without_centres(&random_rig(3 + random.below(12), 500 + case));
         let hand = JointId::from_index(rig.n_joints() - 1);
         // A strong pull: there is one minimum near the rest pose.
         let target = rig.rest_pose().frame(hand).origin.value() + random.vector(0.15);
@@ -72,6 +74,27 @@ fn the_minimum_is_that_of_lm() {
     }
     // Now and then lm stops a little early at a cone.
     assert!(agreeing * 100 >= all * 97, "{agreeing} of {all}");
+}
+
+#[test]
+fn about_other_centres_the_minimum_is_one_for_lm_too() {
+    let mut random = Random::new(4);
+    for case in 0..40 {
+        let rig = random_rig(3 + random.below(12), 500 + case);
+        let hand = JointId::from_index(rig.n_joints() - 1);
+        let target = rig.rest_pose().frame(hand).origin.value() + random.vector(0.15);
+        let problem = pulled(&rig, hand, target, 0.5);
+        let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
+        let lm = solve(SolverOptions::default(), &problem, &mut a).0;
+        let (ipopt, stop, _) = solve(IPOPT, &problem, &mut b);
+        assert!(b.limit_violation() < 1e-9 && largest_cone_excess(&b) < 1e-9);
+        assert_ne!(stop, StopReason::IterationLimit);
+        // The pull begins at corners of cones, where lm may stop short of the minimum.
+        let far = lm.max(1e-9);
+        assert!((ipopt - lm) / far < 1e-6, "case {case}: {ipopt}, lm {lm}");
+        let further = solve(SolverOptions::default(), &problem, &mut b).0;
+        assert!(further > ipopt - 1e-6 * far, "case {case}: {ipopt}, from there {further}");
+    }
 }
 
 #[test]

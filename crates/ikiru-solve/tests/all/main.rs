@@ -2,6 +2,7 @@
 
 mod baselines;
 mod bits;
+mod centred_cones;
 mod common;
 mod custom;
 mod hard;

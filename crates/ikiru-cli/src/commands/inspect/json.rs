@@ -1,6 +1,6 @@
 //! `inspect --json`.
 
-use ikiru_rig::{Joint, JointMotion, Range, Rig, Role};
+use ikiru_rig::{ConeCentre, Joint, JointMotion, Range, Rig, Role};
 use serde_json::{Value, json};
 
 use super::facts::{Facts, LimitSource};
@@ -18,7 +18,7 @@ pub(super) fn inspected(facts: &Facts) -> Value {
                 "parent": joint.parent.and_then(|p| rig.get(p)).map(|p| p.name.as_str()),
                 "motion": joint.motion.name(),
                 "role": joint.role.map(Role::name),
-                "limits": limits(&joint.motion),
+                "limits": limits(joint),
                 "limits_from": limits_from.map(LimitSource::name),
                 "rest": { "position": rest.position.to_array(), "rotation": rest.rotation.to_array() },
                 "follows": follows(rig, joint),
@@ -52,7 +52,8 @@ fn follows(rig: &Rig, joint: &Joint) -> Value {
 }
 
 /// Limits under the keys that a scenario has for them; null where there are none, and for an open end.
-fn limits(motion: &JointMotion) -> Value {
+fn limits(joint: &Joint) -> Value {
+    let motion = &joint.motion;
     let ranges = motion.ranges();
     let ends = |end: fn(&Range) -> f64| -> Vec<Value> {
         ranges
@@ -66,11 +67,17 @@ fn limits(motion: &JointMotion) -> Value {
         JointMotion::Euler { .. } => json!({ "min_deg": min, "max_deg": max }),
         JointMotion::Hinge { .. } => json!({ "min_deg": min[0], "max_deg": max[0] }),
         JointMotion::Slider { .. } => json!({ "min": ends(|r| r.min)[0], "max": ends(|r| r.max)[0] }),
-        JointMotion::Ball { cone: Some(cone) } | JointMotion::Free { cone: Some(cone) } => json!({
-            "axis": cone.axis().to_array(),
-            "swing_deg": cone.swing().map(f64::to_degrees),
-            "twist_deg": [cone.twist().min.to_degrees(), cone.twist().max.to_degrees()],
-        }),
+        JointMotion::Ball { cone: Some(cone) } | JointMotion::Free { cone: Some(cone) } => {
+            let of_rest = ConeCentre { parent_rotation: joint.rest_rotation, ..ConeCentre::default() };
+            let centre = cone.centre().unwrap_or(of_rest);
+            json!({
+                "axis": cone.axis().to_array(),
+                "swing_deg": cone.swing().map(f64::to_degrees),
+                "twist_deg": [cone.twist().min.to_degrees(), cone.twist().max.to_degrees()],
+                "parent_rotation": centre.parent_rotation.to_array(),
+                "joint_rotation": centre.joint_rotation.to_array(),
+            })
+        }
         JointMotion::Fixed | JointMotion::Ball { cone: None } | JointMotion::Free { cone: None } => {
             Value::Null
         }

@@ -184,15 +184,22 @@ fn range_of(range: &Range, text: fn(f64) -> String) -> String {
     }
 }
 
-/// The half-widths stand with the axes that they are about.
+/// The half-widths stand with the axes that they are about: the cone's own, which are the joint's where it is about the rest
+/// pose.
 fn cone_of(cone: &Cone) -> String {
     let [first, second] = cone.swing().map(angle);
     let (about_first, about_second) = (cone.first_swing_axis(), cone.second_swing_axis());
-    format!(
+    let mut text = format!(
         "cone about {}, swing {first} about {} and {second} about {}, twist {}",
         direction(cone.axis()),
         direction(about_first),
         direction(about_second),
         range_of(&cone.twist(), angle)
-    )
+    );
+    if let Some(centre) = cone.centre() {
+        let rotation = |q: DQuat| q.to_array().map(short).join(", ");
+        let (parent, joint) = (rotation(centre.parent_rotation), rotation(centre.joint_rotation));
+        let _ = write!(text, ", parent_rotation [{parent}], joint_rotation [{joint}]");
+    }
+    text
 }
