@@ -63,8 +63,6 @@ fn with_roles(loaded: Loaded, path: &Path) -> Result<Loaded, Failure> {
         let role: Role = role.parse().map_err(|error| Failure::input(anyhow!("{name}: {error}")))?;
         pairs.push((role, joint.as_str()));
     }
-    let mut builder = loaded.rig.to_builder();
-    builder.set_roles(pairs).map_err(|error| Failure::input(anyhow!("{name}: {error}")))?;
-    let rig = builder.build().map_err(Failure::input)?;
+    let rig = loaded.rig.with_roles(pairs).map_err(|error| Failure::input(anyhow!("{name}: {error}")))?;
     loaded.with_rig(rig).map_err(Failure::input)
 }

@@ -1,6 +1,6 @@
 //! What can be wrong with a scenario: file, line and column, what was found and what was expected.
 
-use ikiru_rig::{ConeError, RigError, UnknownName};
+use ikiru_rig::{ConeError, RigError, Role, UnknownName};
 use ikiru_solve::{Method, MotionError, TargetPathError};
 
 use crate::builtin::BUILTINS;
@@ -122,6 +122,36 @@ pub enum ErrorKind {
     /// No joint can float as `root = "free"` wants it.
     #[error("the root of the rig cannot float")]
     Root(#[source] RigError),
+    /// A role that is none.
+    #[error(
+        "there is no humanoid role '{name}'{guess}: expected one of the 55 bones of VRM 1.0, such as 'leftHand'",
+        name = .0.name, guess = guess(.0)
+    )]
+    UnknownRole(UnknownName),
+    /// A role for a joint that there is not.
+    #[error(
+        "the rig has no joint '{name}'{guess}: expected the name of the joint that is the {role}",
+        name = .unknown.name, guess = guess(.unknown)
+    )]
+    RoleOfNone {
+        /// The role.
+        role: Role,
+        /// The name, and the nearest right ones.
+        unknown: UnknownName,
+    },
+    /// One joint for two roles.
+    #[error("joint '{joint}' cannot be both {first} and {second}: expected each joint for one role")]
+    TwoRoles {
+        /// The joint.
+        joint: String,
+        /// The role that came first.
+        first: Role,
+        /// The other one.
+        second: Role,
+    },
+    /// The roles do not make a rig.
+    #[error("the roles do not fit the rig")]
+    Roles(#[source] RigError),
     /// A name that no joint and no role of the rig has.
     #[error("the rig has no joint or humanoid role '{name}'{guess}", name = .0.name, guess = guess(.0))]
     UnknownJoint(UnknownName),

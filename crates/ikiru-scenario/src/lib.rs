@@ -37,6 +37,7 @@
 //! | `root` | `"free"`: the root of the body floats: what carries everything that moves, a humanoid's hips, a robot's base; what moved above it is fixed | it does not |
 //! | `scale` | metres in a unit of the file, for formats that do not say; BVH | 1 |
 //! | `world` | `"scene"` or `"file"`: whose axes targets are in: y up and facing +z, or those of a URDF or VRM 0.x file | `"scene"` |
+//! | `[roles]` | `ROLE = "JOINT"`: which joint is which humanoid bone, before what the file, names and structure say; a joint that had the role loses it | as the rig has it |
 //! | `[limits.NAME]` | `min_deg`, `max_deg`: ranges of the angles (x, y, z) of `Rz·Ry·Rx`; or `axis`, `swing_deg`, `twist_deg`: a cone, twist ±180 unless given | as the rig has it |
 //! | …, of a cone | `parent_rotation`, `joint_rotation` (x, y, z, w; any length): P and K of another centre than the rest pose; the limit is then one of `P⁻¹ · (rest · q) · K`, with `rest · q` the joint's rotation in its parent | both: about the rest pose; one: the identity |
 //! | `[start]` | the name of a pose's file, `start = "pose.json"`, as `ikiru solve` writes it; or `NAME = { euler_deg \| rotation \| angle_deg \| offset = … }`, `root_translation = [x, y, z]`: how far the floating root is from where it is at rest, metres along the axes of `world` | the rest pose |
@@ -83,6 +84,7 @@ mod motion;
 mod objective;
 mod planned;
 mod rate_limits;
+mod roles;
 mod scenario;
 mod start;
 mod table;

@@ -1,4 +1,4 @@
-//! `[limits.NAME]` and `root`: the rig of the file → the rig of the scenario.
+//! `[limits.NAME]` and `root`: the rig of the file, with its roles → the rig of the scenario.
 
 use std::f64::consts::PI;
 

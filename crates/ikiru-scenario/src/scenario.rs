@@ -16,6 +16,7 @@ use crate::error::{Error, ErrorKind};
 use crate::limits::limited;
 use crate::motion::MotionSettings;
 use crate::objective::{ScenarioObjective, TermHandle, add_all, joint_list};
+use crate::roles::with_roles;
 use crate::start::start;
 use crate::table::{Document, Table, Value};
 use crate::target::{target_json, turn_target};
@@ -29,7 +30,7 @@ pub struct Scenario {
     pub name: String,
     /// What the rig was read from; its rig is [`rig`](Self::rig).
     pub loaded: Loaded,
-    /// The rig, with the scenario's limits and root.
+    /// The rig, with the scenario's roles, limits and root.
     pub rig: Rig,
     /// The joints that may move and the terms.
     pub problem: Problem,
@@ -71,7 +72,7 @@ pub enum TargetError {
     Kind(usize, &'static str, &'static str),
 }
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "version",
     "rig",
     "method",
@@ -79,6 +80,7 @@ const KEYS: [&str; 12] = [
     "root",
     "scale",
     "world",
+    "roles",
     "limits",
     "start",
     "objective",
@@ -227,7 +229,7 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     };
     let solver = Solver::new(stop(table, method)?);
     let (loaded, rig_value) = read_rig(table, folder)?;
-    let (rig, limited) = limited(&loaded.rig, table)?;
+    let (rig, limited) = limited(&with_roles(&loaded.rig, table)?, table)?;
     let loaded = if loaded.rig.is_same(&rig) {
         loaded
     } else {

@@ -1,4 +1,4 @@
-//! `inspect` of a scenario: what its cones are about.
+//! `inspect` of a scenario: what its cones are about, and the roles that it gives.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -60,4 +60,22 @@ fn a_cone_about_another_centre_is_told_with_it() {
     let centre =
         "180°, parent_rotation [0, 0, -0.7071, 0.7071], joint_rotation [0, 0, 0, 1] (of the scenario)";
     assert!(text.contains(centre), "{text}");
+}
+
+#[test]
+fn roles_of_the_scenario_are_shown() {
+    let role_of = |report: &Value, name: &str| {
+        let joints = report["joints"].as_array().unwrap();
+        joints.iter().find(|joint| joint["name"] == name).unwrap()["role"].clone()
+    };
+    let before = inspect("", &["--json"]).json();
+    assert_eq!(role_of(&before, "mixamorig:LeftHand"), "leftHand");
+    let roles = "[roles]\nleftHand = \"mixamorig:LeftForeArm\"\n";
+    let after = inspect(roles, &["--json"]).json();
+    assert_eq!(role_of(&after, "mixamorig:LeftForeArm"), "leftHand");
+    assert_eq!(role_of(&after, "mixamorig:LeftHand"), Value::Null);
+    let text = inspect(roles, &[]).stdout;
+    let is_hand = |line: &&str| line.split_whitespace().any(|word| word == "leftHand");
+    assert!(text.lines().find(is_hand).unwrap().contains("LeftForeArm"), "{text}");
+    assert!(text.contains("no joint is leftLowerArm"), "{text}");
 }

@@ -3,10 +3,10 @@
 use crate::humanoid::Role;
 use crate::humanoid::assign::{Assignment, of_joints};
 use crate::name::{UnknownName, unknown};
-use crate::rig::RigBuilder;
+use crate::rig::{Rig, RigBuilder, RigError};
 
 /// Why roles that a user gave could not be applied.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RoleMapError {
     /// There is no joint of that name.
     #[error("{role}: {source}")]
@@ -26,6 +26,36 @@ pub enum RoleMapError {
         /// Its second.
         second: Role,
     },
+    /// The rig that comes of it cannot exist; that of a valid rig can.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+}
+
+impl Rig {
+    /// The same rig with roles given to joints by name, on top of those that it has, as
+    /// [`RigBuilder::set_roles`] does. What depends on roles, as the [root](Rig::root) does, follows.
+    ///
+    /// ```
+    /// use ikiru_rig::{Joint, RigBuilder, Role};
+    ///
+    /// let mut builder = RigBuilder::new();
+    /// let arm = builder.add(Joint::new("Bip01_L_Forearm", None));
+    /// builder.add(Joint::new("Bip01_L_Hand", Some(arm)));
+    /// let rig = builder.build()?.with_roles([(Role::LeftHand, "Bip01_L_Hand")])?;
+    /// assert_eq!(rig.joint("leftHand")?, rig.joint("Bip01_L_Hand")?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// An unknown joint answers with the nearest names; a joint cannot have two of the given roles.
+    pub fn with_roles<'n>(
+        &self,
+        roles: impl IntoIterator<Item = (Role, &'n str)>,
+    ) -> Result<Self, RoleMapError> {
+        let mut builder = self.to_builder();
+        builder.set_roles(roles)?;
+        Ok(builder.build()?)
+    }
 }
 
 impl RigBuilder {

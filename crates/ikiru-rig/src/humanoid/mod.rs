@@ -2,7 +2,7 @@
 //!
 //! A file may say which joint is which bone, as VRM does. For all others [`assign`] goes by the joints' names:
 //! a table of naming schemes (`schemes.txt`) and a few rules. [`RigBuilder::assign_roles`] writes that into a
-//! rig, [`RigBuilder::set_roles`] what a user knows better. By roles, [`transfer`] takes a clip from one rig to
+//! rig, [`RigBuilder::set_roles`] and [`Rig::with_roles`] what a user knows better. By roles, [`transfer`] takes a clip from one rig to
 //! another.
 //!
 //! ```
@@ -27,6 +27,7 @@
 //!
 //! [`RigBuilder::assign_roles`]: crate::RigBuilder::assign_roles
 //! [`RigBuilder::set_roles`]: crate::RigBuilder::set_roles
+//! [`Rig::with_roles`]: crate::Rig::with_roles
 
 mod apply;
 mod assign;

@@ -192,6 +192,27 @@ fn centres_of_cones() {
 }
 
 #[test]
+fn roles() {
+    let kind =
+        refused(5, "[roles]\nleftHnad = \"left_wrist\"", (6, 1), &["'leftHnad'", "did you mean 'leftHand'"]);
+    assert_eq!(kind, "UnknownRole");
+    let far =
+        refused(5, "[roles]\ntail = \"left_wrist\"", (6, 1), &["no humanoid role 'tail': expected one"]);
+    assert_eq!(far, "UnknownRole");
+    let near = &["no joint 'left_wirst'", "did you mean 'left_wrist'", "the leftHand"];
+    assert_eq!(refused(5, "[roles]\nleftHand = \"left_wirst\"", (6, 12), near), "RoleOfNone");
+    // A role is no joint.
+    refused(5, "[roles]\nleftHand = \"rightHand\"", (6, 12), &["no joint 'rightHand'"]);
+    let twice = "[roles]\nhead = \"neck\"\nleftHand = \"left_wrist\"\nrightHand = \"left_wrist\"";
+    let both = &["'left_wrist' cannot be both leftHand and rightHand"];
+    assert_eq!(refused(5, twice, (8, 13), both), "TwoRoles");
+    assert_eq!(refused(5, "[roles]\nleftHand = 3", (6, 12), &["a number", "name of a joint"]), "Type");
+    assert_eq!(refused(5, "roles = \"all\"", (5, 9), &["'roles' is a string", "a table"]), "Type");
+    refused(5, "[roles]\nleftHand = \"left_wrist\"\nleftHand = \"head\"", (7, 1), &["duplicate"]);
+    refused(5, "[role]", (5, 2), &["did you mean 'roles'"]);
+}
+
+#[test]
 fn unknown_names() {
     let kind = refused(17, "joint = \"left_wirst\"", (17, 9), &["'left_wirst'", "did you mean 'left_wrist'"]);
     assert_eq!(kind, "UnknownJoint");
