@@ -4,10 +4,8 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
-use glam::DVec3;
 use ikiru_rig::{JointId, JointMotion, Pose, Rig, Role};
-use ikiru_scenario::{Scenario, TermHandle};
-use ikiru_solve::objectives::{Bound, Gaze};
+use ikiru_scenario::Scenario;
 use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, Report, SolverOptions, StopReason, TermReport};
 
 use crate::numbers::{self, short};
@@ -101,7 +99,7 @@ fn objectives(scenario: &Scenario, report: &Report<'_>) -> Table {
             (idx + 1).to_string(),
             scenario.objectives.get(idx).map_or(term.kind, |o| o.kind).to_owned(),
             joint_text(scenario, idx),
-            target_text(scenario, idx),
+            scenario.target_text(idx, short),
             short(term.weight),
             residual_text(term),
             mark.to_owned(),
@@ -119,32 +117,6 @@ fn joint_text(scenario: &Scenario, objective: usize) -> String {
             Some(role) if role != joint.name => printable(&format!("{} ({role})", joint.name)).into_owned(),
             _ => printable(&joint.name).into_owned(),
         },
-    }
-}
-
-fn target_text(scenario: &Scenario, objective: usize) -> String {
-    let problem = &scenario.problem;
-    let targets_from_world = scenario.world_from_targets().inverse();
-    let vector = |v: [f64; 3]| (targets_from_world * DVec3::from(v)).to_array().map(short).join(", ");
-    match scenario.objectives.get(objective).map(|o| o.term) {
-        Some(TermHandle::Position(id)) => vector(problem[id].target.to_array()),
-        Some(TermHandle::Pose(id)) => format!("{}, turned", vector(problem[id].position.to_array())),
-        Some(TermHandle::Orientation(_)) => "a rotation".to_owned(),
-        Some(TermHandle::Direction(id)) => format!("along {}", vector(problem[id].target.to_array())),
-        Some(TermHandle::LookAt(id)) => match problem[id].gaze {
-            Gaze::Point(point) => vector(point.to_array()),
-            Gaze::OffsetFromTip { offset, .. } => format!("tip + {}", vector(offset.to_array())),
-        },
-        Some(TermHandle::RelativePose(_)) => "a place beside a joint".to_owned(),
-        Some(TermHandle::Distance(id)) => match problem[id].bound {
-            Bound::Exactly(d) => format!("{} m apart", short(d)),
-            Bound::AtLeast(d) => format!("at least {} m apart", short(d)),
-            Bound::AtMost(d) => format!("at most {} m apart", short(d)),
-        },
-        Some(TermHandle::PoleVector(id)) => format!("bent to {}", vector(problem[id].target.to_array())),
-        Some(TermHandle::KnownRotation(_)) => "given angles".to_owned(),
-        Some(TermHandle::RestPose(_)) => "the rest pose".to_owned(),
-        Some(_) | None => String::new(),
     }
 }
 

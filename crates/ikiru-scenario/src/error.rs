@@ -13,6 +13,7 @@ pub struct Error(Box<Inner>);
 struct Inner {
     file: String,
     place: Option<(usize, usize)>,
+    key: Option<String>,
     kind: ErrorKind,
 }
 
@@ -259,7 +260,13 @@ fn list(words: &[&str]) -> String {
 
 impl Error {
     pub(crate) fn new(file: &str, place: Option<(usize, usize)>, kind: ErrorKind) -> Self {
-        Self(Box::new(Inner { file: file.to_owned(), place, kind }))
+        Self(Box::new(Inner { file: file.to_owned(), place, key: None, kind }))
+    }
+
+    /// The same, about the value to which these keys lead; none is the scenario as a whole.
+    pub(crate) fn with_key(mut self, key: &str) -> Self {
+        self.0.key = (!key.is_empty()).then(|| key.to_owned());
+        self
     }
 
     pub(crate) fn unknown_builtin(name: &str) -> Self {
@@ -292,6 +299,13 @@ impl Error {
         self.0.place.map(|p| p.1)
     }
 
+    /// The keys that lead to what is wrong, `objective[0].target`, lists counted from 0; `None` where the scenario as a
+    /// whole is meant. Of a document that no text stands behind, it is all that says where.
+    #[must_use]
+    pub fn key(&self) -> Option<&str> {
+        self.0.key.as_deref()
+    }
+
     /// What is wrong.
     #[must_use]
     pub fn kind(&self) -> &ErrorKind {
@@ -301,9 +315,11 @@ impl Error {
 
 impl std::fmt::Display for Error {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.0.place {
-            Some((line, column)) => write!(f, "{}:{line}:{column}: {}", self.0.file, self.0.kind),
-            None => write!(f, "{}: {}", self.0.file, self.0.kind),
+        let Inner { file, place, key, kind } = &*self.0;
+        match (place, key) {
+            (Some((line, column)), _) => write!(f, "{file}:{line}:{column}: {kind}"),
+            (None, Some(key)) => write!(f, "{file}: {key}: {kind}"),
+            (None, None) => write!(f, "{file}: {kind}"),
         }
     }
 }

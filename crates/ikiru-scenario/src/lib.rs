@@ -76,9 +76,12 @@
 //! `{ huber = width }`. Tolerances are 0.001 m and 0.5° unless
 //! given. Metres, degrees in keys that end in `_deg`, y up.
 
+mod at;
 mod axes;
 mod builtin;
 mod error;
+mod keys;
+pub mod kinds;
 mod limits;
 mod motion;
 mod objective;
@@ -86,17 +89,21 @@ mod planned;
 mod rate_limits;
 mod roles;
 mod scenario;
+mod scene;
 mod start;
 mod table;
-mod target;
+mod term;
+mod times;
 mod values;
 mod warning;
 mod weights;
 
 pub use builtin::BUILTINS;
 pub use error::{Error, ErrorKind};
+pub use keys::{JointKeys, RotationKeys, TargetKeys};
 pub use motion::{MotionScenario, MotionSettings};
-pub use objective::{ScenarioObjective, TermHandle};
+pub use objective::{ObjectiveEntry, ScenarioObjective};
 pub use planned::PlannedScenario;
 pub use scenario::{Scenario, TargetError};
+pub use times::Times;
 pub use warning::{ScenarioPose, Warning};

@@ -6,7 +6,7 @@ use ikiru_rig::{Cone, ConeCentre, EulerOrder, JointId, JointMotion, Range, Rig, 
 
 use crate::error::{Error, ErrorKind};
 use crate::table::{Table, Value};
-use crate::values::{joint_of_key, name_of, with_article};
+use crate::values::{direction, joint_of_key, name_of, quaternion, with_article};
 
 const EULER: [&str; 2] = ["min_deg", "max_deg"];
 const CENTRE: [&str; 2] = ["parent_rotation", "joint_rotation"];
@@ -19,7 +19,7 @@ pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<(Rig, Vec<Joint
     let mut seen: Vec<(JointId, Value<'_>)> = Vec::new();
     let limits = scenario.table("limits")?;
     for value in limits.iter().flat_map(Table::entries) {
-        let joint = joint_of_key(rig, &value)?;
+        let joint = joint_of_key(rig, &value.key, value.at())?;
         if let Some((_, first)) = seen.iter().find(|(other, _)| *other == joint) {
             let (place, first, second) = ("[limits]".to_owned(), first.key.clone(), value.key.clone());
             return Err(value.key_error(ErrorKind::Twice { place, first, second }));
@@ -77,7 +77,7 @@ fn place_of(error: RigError, scenario: &Table<'_>, limits: &Option<Table<'_>>) -
 
 /// The motion of one joint under its limits.
 fn motion(rig: &Rig, joint: JointId, value: &Value<'_>) -> Result<JointMotion, Error> {
-    let table = value.table(format!("[limits.{}]", value.key))?;
+    let table = value.table()?;
     table.only(&KEYS)?;
     let old = rig.get(joint).map_or(JointMotion::Fixed, |j| j.motion);
     if let JointMotion::Hinge { .. } | JointMotion::Slider { .. } = old {
@@ -102,7 +102,7 @@ fn motion(rig: &Rig, joint: JointId, value: &Value<'_>) -> Result<JointMotion, E
             let expected = "either 'min_deg' and 'max_deg' (ranges of the angles x, y, z), \
                             or 'axis' and 'swing_deg' (a cone)";
             let found = if is_both { table.present(&KEYS) } else { "no limits".to_owned() };
-            Err(table.error(ErrorKind::Alternatives { place: table.place.clone(), found, expected }))
+            Err(table.error(ErrorKind::Alternatives { place: table.place(), found, expected }))
         }
     }
 }
@@ -122,7 +122,8 @@ fn euler(table: &Table<'_>) -> Result<JointMotion, Error> {
 }
 
 fn cone(table: &Table<'_>) -> Result<Cone, Error> {
-    let axis = table.require("axis", "the twist's axis in the joint's frame, [x, y, z]")?.direction()?;
+    let axis = table.require("axis", "the twist's axis in the joint's frame, [x, y, z]")?;
+    let axis = direction(axis.vector()?, axis.at())?;
     let widths = table.require("swing_deg", "two half-widths in degrees, [first, second]")?;
     let mut swing = [0.0; 2];
     for (slot, width) in swing.iter_mut().zip(of_two(&widths, "two half-widths in degrees, [first, second]")?)
@@ -152,7 +153,8 @@ fn cone(table: &Table<'_>) -> Result<Cone, Error> {
 
 /// The centre of a cone, where it has one: of two rotations, the one left out is the identity.
 fn centre(table: &Table<'_>) -> Result<Option<ConeCentre>, Error> {
-    let [parent, joint] = CENTRE.map(|key| table.get(key).map(|value| value.quaternion()).transpose());
+    let rotation = |value: Value<'_>| quaternion(value.numbers("a quaternion, [x, y, z, w]")?, value.at());
+    let [parent, joint] = CENTRE.map(|key| table.get(key).map(rotation).transpose());
     let (parent, joint) = (parent?, joint?);
     Ok((parent.is_some() || joint.is_some()).then(|| ConeCentre {
         parent_rotation: parent.unwrap_or_default(),

@@ -2,15 +2,13 @@
 
 use std::path::Path;
 
-use glam::DVec3;
 use ikiru_formats::Loaded;
 use ikiru_rig::{Clip, JointId, Pose, RateLimit, Rig};
-use ikiru_solve::objectives::{Gaze, LookAt, Position};
-use ikiru_solve::{MotionError, MotionProblem, Problem, Solver, TargetPath, Timeline, TimelineError, When};
+use ikiru_solve::{MotionError, MotionProblem, Problem, Solver, Timeline, TimelineError, When};
 
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
-use crate::objective::{ScenarioObjective, TermHandle};
+use crate::objective::ScenarioObjective;
 use crate::rate_limits;
 use crate::scenario::{Scenario, out_of_hand};
 use crate::start;
@@ -112,18 +110,7 @@ fn build(
     let mut motion = MotionProblem::from_problem(problem, settings.timeline, &when)?;
     for objective in objectives {
         let Some(path) = &objective.path else { continue };
-        match objective.term {
-            TermHandle::Position(id) => {
-                let still = motion[id];
-                motion.set_moving(id, |secs| Position { target: path.at(secs), ..still })?;
-            }
-            TermHandle::LookAt(id) => {
-                let still = motion[id];
-                motion.set_moving(id, |secs| LookAt { gaze: Gaze::Point(path.at(secs)), ..still })?;
-            }
-            // No other kind has the key.
-            _ => {}
-        }
+        objective.term.follow(&mut motion, path)?;
     }
     motion.set_smoothness(settings.smoothness)?;
     motion.set_even_spacing(settings.even_spacing)?;
@@ -238,64 +225,6 @@ fn timeline(table: &Table<'_>) -> Result<Timeline, Error> {
 
 fn wrong(value: &Value<'_>, error: TimelineError) -> Error {
     value.error(ErrorKind::JointMotion(MotionError::Timeline(error)))
-}
-
-/// The path that an objective's target follows, if it has one: `path = [[secs, x, y, z], …]`.
-pub(crate) fn path(table: &Table<'_>, timeline: Option<&Timeline>) -> Result<Option<TargetPath>, Error> {
-    const EXPECTED: &str = "points at times, [[secs, x, y, z], …]";
-    let Some(value) = table.get("path") else { return Ok(None) };
-    let Some(timeline) = timeline else {
-        return Err(value.key_error(ErrorKind::NeedsMotion(value.key.clone())));
-    };
-    let (mut times, mut points) = (Vec::new(), Vec::new());
-    for entry in value.list(EXPECTED)? {
-        let [secs, x, y, z] = entry.numbers("a time in seconds and a point, [secs, x, y, z]")?;
-        timeline.sample_at(secs).map_err(|e| wrong(&entry, e))?;
-        times.push(secs);
-        points.push(DVec3::new(x, y, z));
-    }
-    TargetPath::new(times, points).map(Some).map_err(|e| value.error(ErrorKind::Path(e)))
-}
-
-/// When an objective holds: `at`, or `from` and `to`; as long as its path goes on, where it has one; else at the last
-/// sample.
-pub(crate) fn when(
-    table: &Table<'_>,
-    timeline: Option<&Timeline>,
-    path: Option<&TargetPath>,
-) -> Result<When, Error> {
-    let keys = ["at", "from", "to"].map(|key| table.get(key));
-    let Some(first) = keys.iter().flatten().next() else {
-        return Ok(path.map_or(When::End, |path| {
-            let (from, to) = path.span();
-            When::Span { from, to }
-        }));
-    };
-    let Some(timeline) = timeline else {
-        return Err(first.key_error(ErrorKind::NeedsMotion(first.key.clone())));
-    };
-    let secs = |value: &Value<'_>| -> Result<f64, Error> {
-        let secs = value.number()?;
-        let on_line = timeline.sample_at(secs);
-        on_line.map_err(|e| wrong(value, e))?;
-        Ok(secs)
-    };
-    match &keys {
-        [Some(at), None, None] => Ok(When::At(secs(at)?)),
-        [None, Some(from), Some(to)] => {
-            let (from_secs, to_secs) = (secs(from)?, secs(to)?);
-            if from_secs > to_secs {
-                let (what, min, max) = ("time of a span in seconds", from_secs, to_secs);
-                return Err(to.error(ErrorKind::Order { what, min, max }));
-            }
-            Ok(When::Span { from: from_secs, to: to_secs })
-        }
-        _ => {
-            let found = table.present(&["at", "from", "to"]);
-            let expected = "'at', or both 'from' and 'to', in seconds";
-            Err(table.error(ErrorKind::Alternatives { place: "the objective".to_owned(), found, expected }))
-        }
-    }
 }
 
 /// The first sample is given: a target that is wanted from there on, and is elsewhere, leaves one sample to get there.

@@ -20,7 +20,7 @@ pub(crate) fn read(rig: &Rig, active: &[JointId], motion: &Table<'_>) -> Result<
     let of_all = four(motion)?;
     let mut own: Vec<(JointId, Value<'_>, [Option<f64>; 4])> = Vec::new();
     for value in motion.table("limits")?.iter().flat_map(Table::entries) {
-        let joint = joint_of_key(rig, &value)?;
+        let joint = joint_of_key(rig, &value.key, value.at())?;
         if let Some((_, first, _)) = own.iter().find(|(other, _, _)| *other == joint) {
             let (place, first, second) = ("[motion.limits]".to_owned(), first.key.clone(), value.key.clone());
             return Err(value.key_error(ErrorKind::Twice { place, first, second }));
@@ -35,7 +35,7 @@ pub(crate) fn read(rig: &Rig, active: &[JointId], motion: &Table<'_>) -> Result<
             let reason = "is not active and does not move: expected a joint of 'active'".to_owned();
             return Err(unfit(&value, reason));
         }
-        let table = value.table(format!("[motion.limits.{}]", value.key))?;
+        let table = value.table()?;
         table.only(&KEYS)?;
         let limits = four(&table)?;
         for (idx, (part, _)) in LIMITED.iter().enumerate() {

@@ -6,20 +6,21 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
 use ikiru_rig::{JointId, Pose, Rig};
-use ikiru_solve::objectives::Gaze;
 use ikiru_solve::{Method, Problem, Report, Search, Solver, SolverOptions, TermReads, Workspace};
-use serde_json::Value as Json;
+use serde_json::{Value as Json, json};
 use toml::de::DeTable;
 
+use crate::at::{At, Source};
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
+use crate::kinds::Aim;
 use crate::limits::limited;
 use crate::motion::MotionSettings;
-use crate::objective::{ScenarioObjective, TermHandle, add_all, joint_list};
+use crate::objective::{ObjectiveEntry, ScenarioObjective};
 use crate::roles::with_roles;
+use crate::scene::{Scene, joint_list};
 use crate::start::start;
-use crate::table::{Document, Table, Value};
-use crate::target::{target_json, turn_target};
+use crate::table::{Table, Value};
 use crate::values::name_of;
 use crate::warning::Warning;
 
@@ -108,12 +109,12 @@ impl Scenario {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(text: &str, name: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        let document = Document { name, text };
+        let root = At::root(Source { name, text: Some(text) });
         let map = DeTable::parse(text).map_err(|error| {
-            let at = error.span().map_or(0, |span| span.start);
-            document.error(at, ErrorKind::Syntax(error.message().to_owned()))
+            let byte = error.span().map_or(0, |span| span.start);
+            root.error_at(byte, ErrorKind::Syntax(error.message().to_owned()))
         })?;
-        let table = Table::root(document, map.get_ref());
+        let table = Table::root(root, map.get_ref());
         table.require("version", "version = 1")?.version()?;
         table.only(&KEYS)?;
         build(&table, name, folder.as_ref())
@@ -149,16 +150,7 @@ impl Scenario {
     /// # Errors
     /// When there is no such objective, or it aims at no point.
     pub fn set_target(&mut self, objective: usize, target: DVec3) -> Result<(), TargetError> {
-        let target = self.axes.vector(target);
-        match self.handle(objective)? {
-            TermHandle::Position(id) => self.problem[id].target = target,
-            TermHandle::Pose(id) => self.problem[id].position = target,
-            TermHandle::LookAt(id) => self.problem[id].gaze = Gaze::Point(target),
-            TermHandle::Direction(id) => self.problem[id].target = target,
-            TermHandle::PoleVector(id) => self.problem[id].target = target,
-            _ => return Err(self.no_target(objective, "point")),
-        }
-        Ok(())
+        self.aim(objective, Aim::Point(self.axes.vector(target)))
     }
 
     /// Changes the rotation that an `orientation` or `pose` aims at, in the axes that the scenario's `world` says.
@@ -166,22 +158,17 @@ impl Scenario {
     /// # Errors
     /// When there is no such objective, or it aims at no rotation.
     pub fn set_target_rotation(&mut self, objective: usize, rotation: DQuat) -> Result<(), TargetError> {
-        let rotation = self.axes.rotation(rotation);
-        match self.handle(objective)? {
-            TermHandle::Orientation(id) => self.problem[id].target = rotation,
-            TermHandle::Pose(id) => self.problem[id].rotation = rotation,
-            _ => return Err(self.no_target(objective, "rotation")),
+        self.aim(objective, Aim::Rotation(self.axes.rotation(rotation)))
+    }
+
+    fn aim(&mut self, objective: usize, aim: Aim) -> Result<(), TargetError> {
+        let n_objectives = self.objectives.len();
+        let about =
+            self.objectives.get(objective).ok_or(TargetError::NoObjective(objective, n_objectives))?;
+        if about.term.aim(&mut self.problem, aim) {
+            return Ok(());
         }
-        Ok(())
-    }
-
-    fn handle(&self, objective: usize) -> Result<TermHandle, TargetError> {
-        let found = self.objectives.get(objective).map(|o| o.term);
-        found.ok_or(TargetError::NoObjective(objective, self.objectives.len()))
-    }
-
-    fn no_target(&self, objective: usize, what: &'static str) -> TargetError {
-        TargetError::Kind(objective, self.objectives.get(objective).map_or("", |o| o.kind), what)
+        Err(TargetError::Kind(objective, about.kind, aim.word()))
     }
 
     /// The name of the joint that an objective is about.
@@ -202,13 +189,31 @@ impl Scenario {
     #[must_use]
     pub fn target_json(&self, objective: usize) -> Json {
         let Some(about) = self.objectives.get(objective) else { return Json::Null };
-        let now = target_json(&self.rig, &self.problem, about, self.axes.inverse());
+        let now = target_json(about, &self.problem, self.axes.inverse(), &self.rig);
         // There and back again, rounding would show; a target that nobody changed is the one that was written.
         match self.targets.get(objective) {
             Some(target) if target.turned == now => target.written.clone(),
             _ => now,
         }
     }
+
+    /// What an objective aims at, for people, in a few words: `0.3, 1.2, 0.4`, `at least 0.4 m apart`; empty for a
+    /// position beyond the last. `number` writes a number.
+    #[must_use]
+    pub fn target_text(&self, objective: usize, number: impl Fn(f64) -> String) -> String {
+        let Some(about) = self.objectives.get(objective) else { return String::new() };
+        about.term.target_text(&self.problem, self.axes.inverse(), &number)
+    }
+}
+
+/// What an objective aims at, in the axes that `from_rig` leads to.
+fn target_json(objective: &ScenarioObjective, problem: &Problem, from_rig: Axes, rig: &Rig) -> Json {
+    let Some(path) = &objective.path else { return objective.term.target_json(problem, from_rig, rig) };
+    let at = |(secs, point): (f64, DVec3)| {
+        let point = from_rig.vector(point);
+        json!([secs, point.x, point.y, point.z])
+    };
+    Json::Array(path.points().map(at).collect())
 }
 
 /// The joint that a warning says no active joint moves.
@@ -239,7 +244,7 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     let of_rig = loaded.warnings.iter().filter(|warning| !warning.is_about_clips());
     let mut warnings: Vec<Warning> = of_rig.cloned().map(Warning::Rig).collect();
     let problem_joints = match table.get("active") {
-        Some(list) => joint_list(&rig, &list)?,
+        Some(list) => joint_list(&rig, &list.name_list()?, list.at())?,
         None => rig.ids().collect(),
     };
     let mut problem = Problem::new(&rig, problem_joints);
@@ -251,13 +256,14 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     let start = start(&rig, table, folder, axes, &mut warnings)?;
     let motion = crate::motion::read(&active, table, &start, folder, axes, &mut warnings)?;
     let timeline = motion.as_ref().map(|m| &m.timeline);
-    let mut objectives = add_all(&rig, &active, table, timeline, &mut problem)?;
+    let scene = Scene { rig: &rig, active: &active, timeline };
+    let mut objectives = objectives(scene, table, &mut problem)?;
     let mut targets = Vec::with_capacity(objectives.len());
     for objective in &mut objectives {
-        let written = target_json(&rig, &problem, objective, Axes::RIG);
-        turn_target(&mut problem, objective.term, axes);
+        let written = target_json(objective, &problem, Axes::RIG, &rig);
+        objective.term.turn(&mut problem, axes);
         objective.path = objective.path.take().map(|path| path.turned(axes.world));
-        let turned = target_json(&rig, &problem, objective, axes.inverse());
+        let turned = target_json(objective, &problem, axes.inverse(), &rig);
         targets.push(WrittenTarget { written, turned });
     }
     warn_of_what_nothing_moves(&rig, &problem, &objectives, &mut warnings);
@@ -280,6 +286,27 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
         axes,
         targets,
     })
+}
+
+/// Adds all objectives to the problem.
+fn objectives(
+    scene: Scene<'_>,
+    scenario: &Table<'_>,
+    problem: &mut Problem,
+) -> Result<Vec<ScenarioObjective>, Error> {
+    let list = scenario.require("objective", "at least one [[objective]]")?;
+    let entries = list.list("a list of tables, [[objective]]")?;
+    if entries.is_empty() {
+        return Err(list.wrong_length(0, "at least one"));
+    }
+    let places = list.at().positions_of_entries();
+    let mut objectives = Vec::with_capacity(entries.len());
+    for (idx, entry) in entries.iter().enumerate() {
+        let table = entry.table()?;
+        let added = ObjectiveEntry::read(&table)?.add(scene, problem, table.at())?;
+        objectives.push(ScenarioObjective { place: places.get(idx).copied().flatten(), ..added });
+    }
+    Ok(objectives)
 }
 
 fn method(table: &Table<'_>) -> Result<Method, Error> {

@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
+use glam::DVec3;
 use ikiru_formats::read_pose_json;
 use ikiru_rig::{JointId, JointMotion, Pose, Rig};
 
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
+use crate::keys::JointKeys;
 use crate::table::{Table, Value};
-use crate::values::{joint_angles, joint_of_key, name_of, set};
+use crate::values::{joint_of_key, name_of, set};
 use crate::warning::{ScenarioPose, Warning};
 
 /// The start: what the scenario says of it on top of the rest pose, inside the limits, with a warning for each joint that
@@ -67,19 +69,19 @@ fn of_table(
     let mut pose = base.clone();
     let rig = base.rig();
     let mut named: Vec<JointId> = Vec::new();
-    for value in value.table(place.to_owned())?.entries() {
+    for value in value.table()?.entries() {
         if value.key == TRANSLATION && rig.joint(TRANSLATION).is_err() {
-            let way = value.vector()?;
+            let way = DVec3::from_array(value.vector()?);
             pose.set_root_translation(axes.vector(way)).map_err(|_| does_not_float(rig, &value))?;
             continue;
         }
-        let joint = joint_of_key(rig, &value)?;
+        let joint = joint_of_key(rig, &value.key, value.at())?;
         if named.contains(&joint) {
             let (place, first) = (place.to_owned(), name_of(rig, joint).to_owned());
             let kind = ErrorKind::Twice { place, first, second: value.key.clone() };
             return Err(value.key_error(kind));
         }
-        set(&mut pose, joint, joint_angles(rig, joint, &value)?);
+        set(&mut pose, joint, JointKeys::read(&value)?.angles(rig, joint, value.at())?);
         named.push(joint);
     }
     Ok((pose, named))

@@ -1,65 +1,48 @@
 //! TOML values with their place: every accessor answers with what was expected and where.
 
-use glam::{DQuat, DVec3};
 use ikiru_rig::unknown_name;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::at::At;
 use crate::error::{Error, ErrorKind};
 
-/// The text of a scenario, to turn places into lines.
-#[derive(Clone, Copy)]
-pub(crate) struct Document<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) text: &'a str,
-}
-
-impl Document<'_> {
-    pub(crate) fn error(&self, at: usize, kind: ErrorKind) -> Error {
-        Error::new(self.name, Some(self.place(at)), kind)
-    }
-
-    /// Line and column of a byte, from 1.
-    fn place(&self, at: usize) -> (usize, usize) {
-        let before = self.text.get(..at.min(self.text.len())).unwrap_or(self.text);
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
-        (line, column)
-    }
-}
-
-/// A table, with its name for messages.
+/// A table of the text.
 #[derive(Clone)]
 pub(crate) struct Table<'a> {
-    document: Document<'a>,
+    at: At<'a>,
     map: &'a DeTable<'a>,
     start: usize,
-    pub(crate) place: String,
 }
 
-/// A value, with its key for messages.
+/// A value of the text, with its key.
 #[derive(Clone)]
 pub(crate) struct Value<'a> {
-    document: Document<'a>,
+    at: At<'a>,
     pub(crate) key: String,
     /// Where the key starts.
-    pub(crate) key_start: usize,
+    key_start: usize,
     value: &'a Spanned<DeValue<'a>>,
 }
 
 impl<'a> Table<'a> {
-    pub(crate) fn root(document: Document<'a>, map: &'a DeTable<'a>) -> Self {
-        Self { document, map, start: 0, place: "the scenario".to_owned() }
+    pub(crate) fn root(at: At<'a>, map: &'a DeTable<'a>) -> Self {
+        Self { at, map, start: 0 }
     }
 
-    /// Line and column where it begins, from 1.
-    pub(crate) fn place_in_text(&self) -> (usize, usize) {
-        self.document.place(self.start)
+    /// Where it stands.
+    pub(crate) fn at(&self) -> &At<'a> {
+        &self.at
+    }
+
+    /// What messages call it.
+    pub(crate) fn place(&self) -> String {
+        self.at.place()
     }
 
     /// An error about the table as a whole.
     pub(crate) fn error(&self, kind: ErrorKind) -> Error {
-        self.document.error(self.start, kind)
+        self.at.error_at(self.start, kind)
     }
 
     /// Refuses all other keys.
@@ -69,8 +52,8 @@ impl<'a> Table<'a> {
             Some(value) => {
                 let unknown = unknown_name(&value.key, expected.iter().copied());
                 let kind =
-                    ErrorKind::UnknownKey { place: self.place.clone(), unknown, expected: expected.to_vec() };
-                Err(self.document.error(value.key_start, kind))
+                    ErrorKind::UnknownKey { place: self.place(), unknown, expected: expected.to_vec() };
+                Err(value.key_error(kind))
             }
         }
     }
@@ -81,7 +64,7 @@ impl<'a> Table<'a> {
             .map
             .iter()
             .map(|(key, value)| Value {
-                document: self.document,
+                at: self.at.key(key.get_ref()),
                 key: key.get_ref().to_string(),
                 key_start: key.span().start,
                 value,
@@ -93,17 +76,27 @@ impl<'a> Table<'a> {
 
     pub(crate) fn get(&self, key: &str) -> Option<Value<'a>> {
         let (found, value) = self.map.get_key_value(key)?;
-        Some(Value { document: self.document, key: key.to_owned(), key_start: found.span().start, value })
+        Some(Value { at: self.at.key(key), key: key.to_owned(), key_start: found.span().start, value })
     }
 
     pub(crate) fn require(&self, key: &'static str, expected: &'static str) -> Result<Value<'a>, Error> {
-        self.get(key)
-            .ok_or_else(|| self.error(ErrorKind::MissingKey { place: self.place.clone(), key, expected }))
+        self.get(key).ok_or_else(|| self.lacks(key, expected))
+    }
+
+    /// An error about a key that must be there.
+    pub(crate) fn lacks(&self, key: &'static str, expected: &'static str) -> Error {
+        self.error(ErrorKind::MissingKey { place: self.place(), key, expected })
+    }
+
+    /// An error about keys of which others, fewer or more must be there.
+    pub(crate) fn alternatives(&self, keys: &[&str], expected: &'static str) -> Error {
+        let kind = ErrorKind::Alternatives { place: self.place(), found: self.present(keys), expected };
+        self.error(kind)
     }
 
     /// A table inside this one, if it is there.
     pub(crate) fn table(&self, key: &str) -> Result<Option<Self>, Error> {
-        self.get(key).map(|value| value.table(format!("[{key}]"))).transpose()
+        self.get(key).map(|value| value.table()).transpose()
     }
 
     /// `'a' and 'b'` for those of the keys that are there.
@@ -115,14 +108,24 @@ impl<'a> Table<'a> {
 }
 
 impl<'a> Value<'a> {
+    /// Where it stands.
+    pub(crate) fn at(&self) -> &At<'a> {
+        &self.at
+    }
+
     /// An error at the value.
     pub(crate) fn error(&self, kind: ErrorKind) -> Error {
-        self.document.error(self.value.span().start, kind)
+        self.at.error_at(self.value.span().start, kind)
     }
 
     /// An error at the key.
     pub(crate) fn key_error(&self, kind: ErrorKind) -> Error {
-        self.document.error(self.key_start, kind)
+        self.at.error_at(self.key_start, kind)
+    }
+
+    /// An error about a list that has more or fewer entries than there must be.
+    pub(crate) fn wrong_length(&self, found: usize, expected: &'static str) -> Error {
+        self.error(ErrorKind::Length { key: self.key.clone(), found, expected })
     }
 
     fn wrong_type(&self, expected: &'static str) -> Error {
@@ -145,15 +148,32 @@ impl<'a> Value<'a> {
         self.value.get_ref().is_table()
     }
 
-    pub(crate) fn table(&self, place: String) -> Result<Table<'a>, Error> {
+    pub(crate) fn table(&self) -> Result<Table<'a>, Error> {
         let map = self.value.get_ref().as_table().ok_or_else(|| self.wrong_type("a table"))?;
         // The place of a dotted key's table is that of its key.
         let start = if self.value.span().is_empty() { self.key_start } else { self.value.span().start };
-        Ok(Table { document: self.document, map, start, place })
+        Ok(Table { at: self.at.clone(), map, start })
     }
 
     pub(crate) fn text(&self, expected: &'static str) -> Result<&'a str, Error> {
         self.value.get_ref().as_str().ok_or_else(|| self.wrong_type(expected))
+    }
+
+    /// The name of a joint.
+    pub(crate) fn name(&self) -> Result<String, Error> {
+        Ok(self.text("the name of a joint, or a humanoid role")?.to_owned())
+    }
+
+    /// Names of joints.
+    pub(crate) fn name_list(&self) -> Result<Vec<String>, Error> {
+        self.list("a list of joints, by name or humanoid role")?.iter().map(Self::name).collect()
+    }
+
+    /// So many names of joints.
+    pub(crate) fn names<const N: usize>(&self, expected: &'static str) -> Result<[String; N], Error> {
+        let names = self.list(expected)?.iter().map(Self::name).collect::<Result<Vec<_>, _>>()?;
+        let found = names.len();
+        names.try_into().map_err(|_| self.wrong_length(found, expected))
     }
 
     /// One of several words.
@@ -172,13 +192,13 @@ impl<'a> Value<'a> {
     /// The entries of a list.
     pub(crate) fn list(&self, expected: &'static str) -> Result<Vec<Value<'a>>, Error> {
         let list = self.value.get_ref().as_array().ok_or_else(|| self.wrong_type(expected))?;
-        let entry = |value: &'a Spanned<DeValue<'a>>| Value {
-            document: self.document,
+        let entry = |(idx, value): (usize, &'a Spanned<DeValue<'a>>)| Value {
+            at: self.at.entry(idx),
             key: self.key.clone(),
             key_start: value.span().start,
             value,
         };
-        Ok(list.iter().map(entry).collect())
+        Ok(list.iter().enumerate().map(entry).collect())
     }
 
     /// A finite number.
@@ -242,8 +262,7 @@ impl<'a> Value<'a> {
         let list = self.list(expected)?;
         let mut numbers = [0.0; N];
         if list.len() != N {
-            let kind = ErrorKind::Length { key: self.key.clone(), found: list.len(), expected };
-            return Err(self.error(kind));
+            return Err(self.wrong_length(list.len(), expected));
         }
         for (slot, value) in numbers.iter_mut().zip(&list) {
             *slot = value.number()?;
@@ -251,32 +270,8 @@ impl<'a> Value<'a> {
         Ok(numbers)
     }
 
-    pub(crate) fn vector(&self) -> Result<DVec3, Error> {
-        Ok(DVec3::from_array(self.numbers("three numbers, [x, y, z]")?))
-    }
-
-    /// A vector that has a direction.
-    pub(crate) fn direction(&self) -> Result<DVec3, Error> {
-        let vector = self.vector()?;
-        if vector.try_normalize().is_some() {
-            return Ok(vector);
-        }
-        Err(self.error(ErrorKind::NoLength(self.key.clone(), "a direction, such as [0, 1, 0]")))
-    }
-
-    /// A rotation as a quaternion of any length but 0.
-    pub(crate) fn quaternion(&self) -> Result<DQuat, Error> {
-        let numbers: [f64; 4] = self.numbers("a quaternion, [x, y, z, w]")?;
-        // Scaled first, so that neither huge nor tiny numbers overflow on the way.
-        let largest = numbers.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-        if largest > 0.0 {
-            return Ok(DQuat::from_array(numbers.map(|c| c / largest)).normalize());
-        }
-        Err(self.error(ErrorKind::NoLength(self.key.clone(), "a quaternion, [x, y, z, w]")))
-    }
-
-    /// Three angles, given in degrees, in radians.
-    pub(crate) fn angles(&self) -> Result<[f64; 3], Error> {
-        Ok(self.numbers("three angles in degrees, [x, y, z]")?.map(f64::to_radians))
+    /// A point or a direction.
+    pub(crate) fn vector(&self) -> Result<[f64; 3], Error> {
+        self.numbers("three numbers, [x, y, z]")
     }
 }

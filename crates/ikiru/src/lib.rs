@@ -163,9 +163,7 @@ pub use ikiru_rig::{
     RatePart, Rig, RigBuilder, Role, Scalar,
 };
 pub use ikiru_scenario::Scenario;
-pub use ikiru_solve::objectives::{
-    Direction, Gaze, JointAngles, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
-};
+pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
     Loss, Method, MotionProblem, MotionReport, MotionWorkspace, Objective, PlannedMotion, Problem, Report,
     Residual, Search, Solver, SolverOptions, StopReason, TargetPath, TermId, Timeline, Tolerance, Unit, When,

@@ -69,7 +69,7 @@ pub(crate) fn invalid_input(file: &str, objectives: &[ScenarioObjective], invali
         Invalid::Term(term, what) => {
             let objective = objectives.get(term);
             let kind = objective.map_or("", |o| o.kind);
-            (objective.map(|o| o.place), format!("objective {} ({kind}) {what}", term + 1))
+            (objective.and_then(|o| o.place), format!("objective {} ({kind}) {what}", term + 1))
         }
         Invalid::Pose(what) => (None, format!("the start {what}")),
         Invalid::Options(what) => (None, what.to_owned()),

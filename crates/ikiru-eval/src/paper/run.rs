@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use glam::DVec3;
 use ikiru_rig::{Clip, JointId, Pose};
-use ikiru_scenario::{Scenario, TermHandle};
+use ikiru_scenario::{Scenario, ScenarioObjective};
+use ikiru_solve::objectives::Position;
 use ikiru_solve::{MotionProblem, MotionWorkspace, Solver, Timeline};
 use serde::Serialize;
 
@@ -150,10 +151,8 @@ pub fn run_trajectories(
     let n_measured = measured(set, settings)?;
     let scenario = task.scenario(None)?;
     let (start, active) = (scenario.start.clone(), scenario.active.clone());
-    let reach = match scenario.objectives.first().map(|o| o.term) {
-        Some(TermHandle::Position(id)) => id,
-        _ => return Err(Error::Task("its first objective is not a position")),
-    };
+    let reach = scenario.objectives.first().and_then(ScenarioObjective::id::<Position>);
+    let reach = reach.ok_or(Error::Task("its first objective is not a position"))?;
     let timeline = Timeline::points(points).map_err(|e| Error::JointMotion(e.into()))?;
     let mut motion =
         MotionProblem::from_problem(scenario.problem, timeline, &[]).map_err(Error::JointMotion)?;

@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{EulerOrder, JointMotion};
-use ikiru_scenario::{BUILTINS, Scenario, ScenarioPose, TargetError, TermHandle, Warning};
-use ikiru_solve::objectives::Gaze;
+use ikiru_scenario::{BUILTINS, Scenario, ScenarioPose, TargetError, Warning};
+use ikiru_solve::objectives::{Gaze, LookAt, PoseTarget, Position};
 use ikiru_solve::{Loss, Search};
 
 fn parse(text: &str) -> Scenario {
@@ -21,7 +21,7 @@ fn everything_left_out_has_its_default() {
     assert_eq!(options.search, Search::Global { max_restarts: 64 });
     assert_eq!(scenario.active.len(), scenario.rig.joints().iter().filter(|j| j.n_dofs() > 0).count());
     assert_eq!(scenario.start, scenario.rig.rest_pose());
-    let TermHandle::Position(id) = scenario.objectives[0].term else { panic!() };
+    let id = scenario.objectives[0].id::<Position>().unwrap();
     assert_eq!((scenario.problem.term(id).loss, scenario.problem[id].point), (Loss::Squared, DVec3::ZERO));
     assert_eq!(scenario.problem.terms()[0].weight, 1.0);
     assert!(scenario.loaded.rig.is_same(&scenario.rig) && scenario.warnings.is_empty());
@@ -139,10 +139,10 @@ joints = ["spine1", "spine2"]
     let p = &scenario.problem;
     let kinds: Vec<_> = scenario.objectives.iter().map(|o| o.kind).collect();
     assert_eq!(kinds, ["pose", "look_at", "look_at", "direction", "known_rotation", "rest_pose"]);
-    let TermHandle::Pose(id) = scenario.objectives[0].term else { panic!() };
+    let id = scenario.objectives[0].id::<PoseTarget>().unwrap();
     assert_eq!((p.term(id).loss, p[id].point.x), (Loss::Huber { width: 0.1 }, 0.1));
     assert!((p[id].rotation * DVec3::Z - DVec3::X).length() < 1e-12);
-    let TermHandle::LookAt(id) = scenario.objectives[2].term else { panic!() };
+    let id = scenario.objectives[2].id::<LookAt>().unwrap();
     assert_eq!(p[id].gaze, Gaze::OffsetFromTip { length: 0.0915, offset: DVec3::Y });
     assert_eq!(scenario.target_json(0), serde_json::json!([0.4, 0.1, 0.3]));
     assert_eq!(
@@ -151,6 +151,17 @@ joints = ["spine1", "spine2"]
     );
     assert!(scenario.target_json(4)["left_elbow"]["rotation"].is_array());
     assert!(scenario.target_json(5).is_null() && scenario.target_json(99).is_null());
+    let texts: Vec<String> = (0..7).map(|idx| scenario.target_text(idx, |n| n.to_string())).collect();
+    let expected = [
+        "0.4, 0.1, 0.3, turned",
+        "1, 2, 3",
+        "tip + 0, 1, 0",
+        "along 0, -2, 0",
+        "given angles",
+        "the rest pose",
+        "",
+    ];
+    assert_eq!(texts, expected);
     assert_eq!(scenario.joint_name(4), Some("left_elbow"));
     assert_eq!(scenario.joint_name(5), None);
     let mut pose = scenario.start.clone();
@@ -222,6 +233,11 @@ fn targets_come_back_as_they_were_written_until_they_are_changed() {
     let changed: Vec<f64> =
         scenario.target_json(0).as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect();
     assert!(DVec3::from_slice(&changed).distance(DVec3::new(0.5, 0.25, 0.5)) < 1e-12);
+    // A term that is taken out of the problem aims at nothing, whatever became of the others.
+    let reach = scenario.objectives[0].id::<Position>().unwrap();
+    assert!(scenario.problem.remove(reach).is_some());
+    assert!(scenario.target_json(0).is_null() && scenario.target_json(1).is_object());
+    assert!(scenario.set_target(0, DVec3::X).is_err());
 }
 
 #[test]

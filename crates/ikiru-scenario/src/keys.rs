@@ -1,0 +1,209 @@
+//! Keys that several places share, as data: rotations, targets that stay or move, what a joint does.
+
+use glam::{DQuat, DVec3};
+use ikiru_rig::{EulerOrder, JointId, JointMotion, Range, Rig};
+use ikiru_solve::TargetPath;
+use ikiru_solve::objectives::JointAngles;
+use serde::{Serialize, Serializer};
+
+use crate::at::At;
+use crate::error::{Error, ErrorKind};
+use crate::scene::Scene;
+use crate::table::{Table, Value};
+use crate::values::{name_of, quaternion, with_article};
+
+/// A rotation of the world, or of another joint's frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RotationKeys {
+    /// `target_rotation`: a quaternion (x, y, z, w) of any length but 0.
+    TargetRotation([f64; 4]),
+    /// `euler_deg`: degrees about x, y and z of `Rz·Ry·Rx`.
+    EulerDeg([f64; 3]),
+}
+
+/// A target that stays, or moves in a scenario with `[motion]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TargetKeys {
+    /// `target`: a point of the world, metres.
+    Target([f64; 3]),
+    /// `path`: times (seconds) and points (metres), `[secs, x, y, z]`, with a smooth curve through them.
+    Path(Vec<[f64; 4]>),
+}
+
+/// How a joint is turned or moved, as `[start]` and `known_rotation` say it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JointKeys {
+    /// `euler_deg`, of a ball, a free or an Euler joint: degrees about x, y and z.
+    EulerDeg([f64; 3]),
+    /// `rotation`, of the same: a quaternion (x, y, z, w) of any length but 0, on top of the joint's rest.
+    Rotation([f64; 4]),
+    /// `angle_deg`, of a hinge: degrees.
+    AngleDeg(f64),
+    /// `offset`, of a slider: metres.
+    Offset(f64),
+}
+
+impl RotationKeys {
+    pub(crate) const EXPECTED: &'static str =
+        "either 'target_rotation' (a quaternion, [x, y, z, w]) or 'euler_deg' (angles x, y, z of Rz·Ry·Rx)";
+
+    /// What is there of them; both is an error, none is not.
+    pub(crate) fn read_if_there(table: &Table<'_>) -> Result<Option<Self>, Error> {
+        match (table.get("target_rotation"), table.get("euler_deg")) {
+            (None, None) => Ok(None),
+            (Some(quaternion), None) => {
+                Ok(Some(Self::TargetRotation(quaternion.numbers("a quaternion, [x, y, z, w]")?)))
+            }
+            (None, Some(angles)) => {
+                Ok(Some(Self::EulerDeg(angles.numbers("three angles in degrees, [x, y, z]")?)))
+            }
+            (Some(_), Some(_)) => Err(table.alternatives(&["target_rotation", "euler_deg"], Self::EXPECTED)),
+        }
+    }
+
+    pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
+        Self::read_if_there(table)?
+            .ok_or_else(|| table.alternatives(&["target_rotation", "euler_deg"], Self::EXPECTED))
+    }
+
+    /// `at` is the table that has the key.
+    pub(crate) fn quaternion(&self, at: &At<'_>) -> Result<DQuat, Error> {
+        match *self {
+            Self::TargetRotation(numbers) => quaternion(numbers, &at.key("target_rotation")),
+            Self::EulerDeg(degrees) => Ok(EulerOrder::Zyx.quaternion(degrees.map(f64::to_radians))),
+        }
+    }
+}
+
+impl TargetKeys {
+    /// What is there of them; both is an error, none is not.
+    pub(crate) fn read_if_there(table: &Table<'_>) -> Result<Option<Self>, Error> {
+        match (table.get("target"), table.get("path")) {
+            (None, None) => Ok(None),
+            (Some(target), None) => Ok(Some(Self::Target(target.vector()?))),
+            (None, Some(path)) => {
+                let points = path.list("points at times, [[secs, x, y, z], …]")?;
+                let points =
+                    points.iter().map(|p| p.numbers("a time in seconds and a point, [secs, x, y, z]"));
+                Ok(Some(Self::Path(points.collect::<Result<_, _>>()?)))
+            }
+            (Some(_), Some(_)) => Err(table.alternatives(
+                &["target", "path"],
+                "either 'target' (a point of the world in metres, [x, y, z]) or 'path' (points at times)",
+            )),
+        }
+    }
+
+    /// Where it is, or begins, and the way that it goes. `at` is the table that has the key.
+    pub(crate) fn point(&self, scene: &Scene<'_>, at: &At<'_>) -> Result<(DVec3, Option<TargetPath>), Error> {
+        match self {
+            Self::Target(point) => Ok((DVec3::from_array(*point), None)),
+            Self::Path(points) => {
+                let path = scene.path(points, &at.key("path"))?;
+                Ok((path.at(path.span().0), Some(path)))
+            }
+        }
+    }
+}
+
+impl JointKeys {
+    const KEYS: [&'static str; 4] = ["euler_deg", "rotation", "angle_deg", "offset"];
+
+    /// `{ euler_deg = [..] }` and so on: one of them.
+    pub(crate) fn read(value: &Value<'_>) -> Result<Self, Error> {
+        let table = value.table()?;
+        table.only(&Self::KEYS)?;
+        match Self::KEYS.map(|key| table.get(key)) {
+            [Some(angles), None, None, None] => {
+                Ok(Self::EulerDeg(angles.numbers("three angles in degrees, [x, y, z]")?))
+            }
+            [None, Some(rotation), None, None] => {
+                Ok(Self::Rotation(rotation.numbers("a quaternion, [x, y, z, w]")?))
+            }
+            [None, None, Some(angle), None] => Ok(Self::AngleDeg(angle.number()?)),
+            [None, None, None, Some(offset)] => Ok(Self::Offset(offset.number()?)),
+            _ => {
+                let found = table.present(&Self::KEYS).replace("neither", "no value");
+                let expected = "one of 'euler_deg', 'rotation', 'angle_deg' or 'offset'";
+                Err(table.error(ErrorKind::Alternatives { place: table.place(), found, expected }))
+            }
+        }
+    }
+
+    fn key(&self) -> &'static str {
+        match self {
+            Self::EulerDeg(_) => "euler_deg",
+            Self::Rotation(_) => "rotation",
+            Self::AngleDeg(_) => "angle_deg",
+            Self::Offset(_) => "offset",
+        }
+    }
+
+    /// The joint's own motion, as that joint can take it. `at` is the table that has the key.
+    pub(crate) fn angles(&self, rig: &Rig, joint: JointId, at: &At<'_>) -> Result<JointAngles, Error> {
+        let at = at.key(self.key());
+        let data = rig.get(joint);
+        let follows = data.is_some_and(|j| j.mimic.is_some());
+        let motion = data.map_or(JointMotion::Fixed, |j| j.motion);
+        let radians = |degrees: [f64; 3]| degrees.map(f64::to_radians);
+        let expected = match (&motion, *self) {
+            _ if follows => "nothing, since it follows another joint",
+            (JointMotion::Ball { .. } | JointMotion::Free { .. }, Self::EulerDeg(degrees)) => {
+                return Ok(JointAngles::Rotation(EulerOrder::Zyx.quaternion(radians(degrees))));
+            }
+            (JointMotion::Ball { .. } | JointMotion::Free { .. }, Self::Rotation(numbers)) => {
+                return Ok(JointAngles::Rotation(quaternion(numbers, &at)?));
+            }
+            (JointMotion::Euler { .. }, Self::EulerDeg(degrees)) => {
+                return Ok(JointAngles::Euler(radians(degrees).map(Some)));
+            }
+            (JointMotion::Euler { order, ranges }, Self::Rotation(numbers)) => {
+                let angles = angles_inside(*order, ranges, quaternion(numbers, &at)?);
+                return Ok(JointAngles::Euler(angles.map(Some)));
+            }
+            (JointMotion::Hinge { .. }, Self::AngleDeg(degrees)) => {
+                return Ok(JointAngles::Value(degrees.to_radians()));
+            }
+            (JointMotion::Slider { .. }, Self::Offset(metres)) => return Ok(JointAngles::Value(metres)),
+            (JointMotion::Ball { .. } | JointMotion::Free { .. } | JointMotion::Euler { .. }, _) => {
+                "'euler_deg' or 'rotation'"
+            }
+            (JointMotion::Hinge { .. }, _) => "'angle_deg'",
+            (JointMotion::Slider { .. }, _) => "'offset'",
+            (JointMotion::Fixed, _) => "nothing, since it does not move",
+        };
+        let reason =
+            format!("is {} and cannot take '{}': expected {expected}", with_article(&motion), self.key());
+        Err(at.key_error(ErrorKind::Unfit { joint: name_of(rig, joint).to_owned(), reason }))
+    }
+}
+
+/// Of the two sets of angles that give a rotation, the one that lies nearer to its ranges.
+fn angles_inside(order: EulerOrder, ranges: &[Range; 3], q: DQuat) -> [f64; 3] {
+    use std::f64::consts::PI;
+    let [_, middle, _] = order.axes();
+    let first = order.angles(q);
+    let mut second = first;
+    for (axis, angle) in second.iter_mut().enumerate() {
+        *angle = if axis == middle { PI.copysign(*angle) - *angle } else { *angle - PI.copysign(*angle) };
+    }
+    let outside = |a: &[f64; 3]| ranges.iter().zip(a).map(|(r, a)| r.distance(*a)).sum::<f64>();
+    if outside(&second) < outside(&first) { second } else { first }
+}
+
+/// Whether a vector is 0, which is left out where that is the default.
+pub(crate) fn is_zero(vector: &[f64; 3]) -> bool {
+    // A zero with a sign is written: nothing of the data is lost.
+    vector.iter().all(|c| c.to_bits() == 0)
+}
+
+/// Entries by name, in their order, as a table.
+pub(crate) fn as_table<T: Serialize, S: Serializer>(
+    entries: &[(String, T)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(entries.iter().map(|(name, value)| (name, value)))
+}
