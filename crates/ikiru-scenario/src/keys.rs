@@ -194,10 +194,22 @@ fn angles_inside(order: EulerOrder, ranges: &[Range; 3], q: DQuat) -> [f64; 3] {
     if outside(&second) < outside(&first) { second } else { first }
 }
 
-/// Whether a vector is 0, which is left out where that is the default.
+// What is left out of a text where that is the default. A zero with a sign is written: no bit of the data is lost.
+
 pub(crate) fn is_zero(vector: &[f64; 3]) -> bool {
-    // A zero with a sign is written: nothing of the data is lost.
-    vector.iter().all(|c| c.to_bits() == 0)
+    vector.iter().all(is_plain_zero)
+}
+
+pub(crate) fn is_plain_zero(number: &f64) -> bool {
+    number.to_bits() == 0
+}
+
+pub(crate) fn is_true(truth: &bool) -> bool {
+    *truth
+}
+
+pub(crate) fn is_false(truth: &bool) -> bool {
+    !*truth
 }
 
 /// Entries by name, in their order, as a table.

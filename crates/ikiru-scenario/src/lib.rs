@@ -1,4 +1,4 @@
-//! Scenario files of the Ikiru inverse-kinematics library: text to rig, problem and solver.
+//! Scenario files of the Ikiru inverse-kinematics library: text ⇄ document → rig, problem and solver.
 //!
 //! A scenario is a TOML file that says which rig to pose, which joints may move and how far, and what the pose
 //! should achieve. The command, the viewer and every binding read the same files through this crate.
@@ -25,6 +25,8 @@
 //! assert!(scenario.solve(&mut pose, &mut workspace).success);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! To look at a scenario, change it and write it back, read it as a [`Document`]: the same as plain data.
 //!
 //! # The format
 //!
@@ -79,6 +81,7 @@
 mod at;
 mod axes;
 mod builtin;
+mod document;
 mod error;
 mod keys;
 pub mod kinds;
@@ -91,19 +94,26 @@ mod roles;
 mod scenario;
 mod scene;
 mod start;
+mod stop;
 mod table;
 mod term;
 mod times;
 mod values;
 mod warning;
 mod weights;
+mod write;
 
 pub use builtin::BUILTINS;
+pub use document::{Document, RootKey, TargetAxes};
 pub use error::{Error, ErrorKind};
 pub use keys::{JointKeys, RotationKeys, TargetKeys};
-pub use motion::{MotionScenario, MotionSettings};
+pub use limits::{ConeKeys, LimitKeys};
+pub use motion::{LengthKeys, MotionKeys, MotionScenario, MotionSettings};
 pub use objective::{ObjectiveEntry, ScenarioObjective};
 pub use planned::PlannedScenario;
+pub use rate_limits::RateKeys;
 pub use scenario::{Scenario, TargetError};
+pub use start::GivenPose;
+pub use stop::StopKeys;
 pub use times::Times;
 pub use warning::{ScenarioPose, Warning};

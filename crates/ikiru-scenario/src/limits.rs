@@ -1,49 +1,202 @@
-//! `[limits.NAME]` and `root`: the rig of the file, with its roles → the rig of the scenario.
+//! `[limits.NAME]` and `root`, as data; and with them the rig of the file, with its roles → the rig of the scenario.
 
 use std::f64::consts::PI;
 
 use ikiru_rig::{Cone, ConeCentre, EulerOrder, JointId, JointMotion, Range, Rig, RigBuilder, RigError};
+use serde::Serialize;
 
+use crate::at::At;
 use crate::error::{Error, ErrorKind};
-use crate::table::{Table, Value};
-use crate::values::{direction, joint_of_key, name_of, quaternion, with_article};
+use crate::table::Table;
+use crate::values::{direction, joint_of_key, name_of, number_that, quaternion, with_article};
 
 const EULER: [&str; 2] = ["min_deg", "max_deg"];
 const CENTRE: [&str; 2] = ["parent_rotation", "joint_rotation"];
 const CONE: [&str; 5] = ["axis", "swing_deg", "twist_deg", CENTRE[0], CENTRE[1]];
 const KEYS: [&str; 7] = [EULER[0], EULER[1], CONE[0], CONE[1], CONE[2], CONE[3], CONE[4]];
 
-/// The rig with the scenario's limits, its root free where the scenario says so; and the joints that it limits.
-pub(crate) fn limited(rig: &Rig, scenario: &Table<'_>) -> Result<(Rig, Vec<JointId>), Error> {
-    let mut builder = rig.to_builder();
-    let mut seen: Vec<(JointId, Value<'_>)> = Vec::new();
-    let limits = scenario.table("limits")?;
-    for value in limits.iter().flat_map(Table::entries) {
-        let joint = joint_of_key(rig, &value.key, value.at())?;
-        if let Some((_, first)) = seen.iter().find(|(other, _)| *other == joint) {
-            let (place, first, second) = ("[limits]".to_owned(), first.key.clone(), value.key.clone());
-            return Err(value.key_error(ErrorKind::Twice { place, first, second }));
+/// How far a joint may turn, which says how it moves: `[limits.NAME]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum LimitKeys {
+    /// Ranges of three angles: an Euler joint.
+    Ranges {
+        /// `min_deg`: the least angles about x, y and z of `Rz·Ry·Rx`, degrees.
+        min_deg: [f64; 3],
+        /// `max_deg`: the largest.
+        max_deg: [f64; 3],
+    },
+    /// A cone: a ball.
+    Cone(ConeKeys),
+}
+
+/// The limits of a ball.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ConeKeys {
+    /// The twist's axis in the joint's frame, of any length but 0.
+    pub axis: [f64; 3],
+    /// Half-widths of the swing, degrees from 0 to 180.
+    pub swing_deg: [f64; 2],
+    /// Range of the twist, degrees from -180 to 180; left out, any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub twist_deg: Option<[f64; 2]>,
+    /// P of another centre than the rest pose: a quaternion (x, y, z, w) of any length but 0. The limit is then one of
+    /// `P⁻¹ · (rest · q) · K`, with `rest · q` the joint's rotation in its parent. Left out beside the other, the identity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parent_rotation: Option<[f64; 4]>,
+    /// K of another centre than the rest pose, in the same way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joint_rotation: Option<[f64; 4]>,
+}
+
+impl LimitKeys {
+    pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
+        const ANGLES: &str = "three angles in degrees, [x, y, z]";
+        const WIDTHS: &str = "two half-widths in degrees, [first, second]";
+        table.only(&KEYS)?;
+        let rotation =
+            |key: &str| table.get(key).map(|value| value.numbers("a quaternion, [x, y, z, w]")).transpose();
+        let has = |keys: &[&str]| keys.iter().any(|key| table.get(key).is_some());
+        match (has(&EULER), has(&CONE)) {
+            (true, false) => Ok(Self::Ranges {
+                min_deg: table.require("min_deg", ANGLES)?.numbers(ANGLES)?,
+                max_deg: table.require("max_deg", ANGLES)?.numbers(ANGLES)?,
+            }),
+            (false, true) => Ok(Self::Cone(ConeKeys {
+                axis: table.require("axis", "the twist's axis in the joint's frame, [x, y, z]")?.vector()?,
+                swing_deg: table.require("swing_deg", WIDTHS)?.numbers(WIDTHS)?,
+                twist_deg: table
+                    .get("twist_deg")
+                    .map(|ends| ends.numbers("two angles in degrees, [min, max]"))
+                    .transpose()?,
+                parent_rotation: rotation(CENTRE[0])?,
+                joint_rotation: rotation(CENTRE[1])?,
+            })),
+            (is_both, _) => {
+                let expected = "either 'min_deg' and 'max_deg' (ranges of the angles x, y, z), \
+                                or 'axis' and 'swing_deg' (a cone)";
+                let found = if is_both { table.present(&KEYS) } else { "no limits".to_owned() };
+                Err(table.error(ErrorKind::Alternatives { place: table.place(), found, expected }))
+            }
         }
-        builder.set_motion(joint, motion(rig, joint, &value)?);
-        seen.push((joint, value));
     }
-    if let Some(root) = scenario.get("root") {
-        root.word("root", &["free"])?;
-        free_root(&mut builder, &root, &seen)?;
+
+    /// The motion of a joint under them.
+    fn motion(&self, rig: &Rig, joint: JointId, at: &At<'_>) -> Result<JointMotion, Error> {
+        let old = rig.get(joint).map_or(JointMotion::Fixed, |j| j.motion);
+        if let JointMotion::Hinge { .. } | JointMotion::Slider { .. } = old {
+            let reason = format!(
+                "is {} of the file's own: expected limits of balls and Euler joints only",
+                with_article(&old)
+            );
+            return Err(at.key_error(ErrorKind::Unfit { joint: name_of(rig, joint).to_owned(), reason }));
+        }
+        match self {
+            Self::Ranges { min_deg, max_deg } => {
+                let axes = ["angle about x", "angle about y", "angle about z"];
+                for ((what, min), max) in axes.into_iter().zip(*min_deg).zip(*max_deg) {
+                    if min > max {
+                        return Err(at.key("max_deg").error(ErrorKind::Order { what, min, max }));
+                    }
+                }
+                let ranges = [0, 1, 2].map(|axis| Range::degrees(min_deg[axis], max_deg[axis]));
+                Ok(JointMotion::Euler { order: EulerOrder::Zyx, ranges })
+            }
+            Self::Cone(keys) => {
+                let cone = Some(keys.cone(at)?);
+                Ok(if let JointMotion::Free { .. } = old {
+                    JointMotion::Free { cone }
+                } else {
+                    JointMotion::Ball { cone }
+                })
+            }
+        }
     }
-    let is_changed = !seen.is_empty() || scenario.get("root").is_some();
-    let built =
-        if is_changed { builder.build().map_err(|e| place_of(e, scenario, &limits))? } else { rig.clone() };
+}
+
+impl ConeKeys {
+    fn cone(&self, at: &At<'_>) -> Result<Cone, Error> {
+        let axis = direction(self.axis, &at.key("axis"))?;
+        let mut swing = [0.0; 2];
+        for (idx, width) in self.swing_deg.into_iter().enumerate() {
+            let inside = |n: f64| (0.0..=180.0).contains(&n);
+            let at_width = at.key("swing_deg").entry(idx);
+            let width = number_that(width, &at_width, inside, "a half-width from 0 to 180 degrees")?;
+            swing[idx] = width.to_radians().min(PI);
+        }
+        let mut twist = Range::new(-PI, PI);
+        if let Some(ends) = self.twist_deg {
+            let at = at.key("twist_deg");
+            for (idx, end) in ends.into_iter().enumerate() {
+                let inside = |n: f64| n.abs() <= 180.0;
+                number_that(end, &at.entry(idx), inside, "an angle from -180 to 180 degrees")?;
+            }
+            let [min, max] = ends;
+            if min > max {
+                return Err(at.error(ErrorKind::Order { what: "twist", min, max }));
+            }
+            twist = Range::new(min.to_radians().max(-PI), max.to_radians().min(PI));
+        }
+        let cone = Cone::new(axis, swing, twist);
+        let cone = match self.centre(at)? {
+            None => cone,
+            Some(centre) => cone.and_then(|cone| cone.with_centre(centre)),
+        };
+        cone.map_err(|e| at.error(ErrorKind::Cone(e)))
+    }
+
+    /// The centre, where there is one: of two rotations, the one left out is the identity.
+    fn centre(&self, at: &At<'_>) -> Result<Option<ConeCentre>, Error> {
+        let rotation = |numbers: Option<[f64; 4]>, key| {
+            numbers.map(|numbers| quaternion(numbers, &at.key(key))).transpose()
+        };
+        let parent = rotation(self.parent_rotation, CENTRE[0])?;
+        let joint = rotation(self.joint_rotation, CENTRE[1])?;
+        Ok((parent.is_some() || joint.is_some()).then(|| ConeCentre {
+            parent_rotation: parent.unwrap_or_default(),
+            joint_rotation: joint.unwrap_or_default(),
+        }))
+    }
+}
+
+/// A joint with limits of the scenario's own, and where they stand.
+type Limited<'a> = (JointId, At<'a>);
+
+/// The rig with a scenario's limits, its root free where that is asked for; and the joints that it limits.
+pub(crate) fn limited(
+    rig: &Rig,
+    limits: &[(String, LimitKeys)],
+    free_root: bool,
+    scenario: &At<'_>,
+) -> Result<(Rig, Vec<JointId>), Error> {
+    let at = scenario.key("limits");
+    let mut builder = rig.to_builder();
+    let mut seen: Vec<(Limited<'_>, &str)> = Vec::new();
+    for (name, keys) in limits {
+        let at = at.key(name);
+        let joint = joint_of_key(rig, name, &at)?;
+        if let Some((_, first)) = seen.iter().find(|((other, _), _)| *other == joint) {
+            let (place, first, second) = ("[limits]".to_owned(), (*first).to_owned(), name.clone());
+            return Err(at.key_error(ErrorKind::Twice { place, first, second }));
+        }
+        builder.set_motion(joint, keys.motion(rig, joint, &at)?);
+        seen.push(((joint, at), name));
+    }
+    let seen: Vec<Limited<'_>> = seen.into_iter().map(|(limited, _)| limited).collect();
+    if free_root {
+        float_root(&mut builder, &scenario.key("root"), &seen)?;
+    }
+    let built = if free_root || !seen.is_empty() {
+        builder.build().map_err(|e| at.error(ErrorKind::Limits(e)))?
+    } else {
+        rig.clone()
+    };
     Ok((built, seen.into_iter().map(|(joint, _)| joint).collect()))
 }
 
 /// Lets the root of the body float, unless limits of its own or of joints above it forbid that.
-fn free_root(
-    builder: &mut RigBuilder,
-    root: &Value<'_>,
-    limits: &[(JointId, Value<'_>)],
-) -> Result<(), Error> {
-    let given = |joint: usize| limits.iter().find(|(id, _)| id.index() == joint).map(|(_, value)| value);
+fn float_root(builder: &mut RigBuilder, root: &At<'_>, limits: &[Limited<'_>]) -> Result<(), Error> {
+    let given = |joint: usize| limits.iter().find(|(id, _)| id.index() == joint).map(|(_, at)| at);
     let before = builder.clone();
     let named = |name: &str| before.joints().iter().position(|joint| joint.name == name);
     let floating = match builder.free_root() {
@@ -59,111 +212,14 @@ fn free_root(
         }
         Err(error) => return Err(root.error(ErrorKind::Root(error))),
     };
-    let fixed = |(id, _): &&(JointId, Value<'_>)| builder.joints()[id.index()].motion == JointMotion::Fixed;
-    if let Some((id, value)) = limits.iter().find(fixed) {
+    let fixed = |(id, _): &&Limited<'_>| builder.joints()[id.index()].motion == JointMotion::Fixed;
+    if let Some((id, at)) = limits.iter().find(fixed) {
         let joint = before.joints()[id.index()].name.clone();
         let floating = &before.joints()[floating.index()].name;
         let reason = format!(
             "lies above the free root, '{floating}', and stays where it is: expected no limits for it"
         );
-        return Err(value.key_error(ErrorKind::Unfit { joint, reason }));
+        return Err(at.key_error(ErrorKind::Unfit { joint, reason }));
     }
     Ok(())
-}
-
-fn place_of(error: RigError, scenario: &Table<'_>, limits: &Option<Table<'_>>) -> Error {
-    limits.as_ref().unwrap_or(scenario).error(ErrorKind::Limits(error))
-}
-
-/// The motion of one joint under its limits.
-fn motion(rig: &Rig, joint: JointId, value: &Value<'_>) -> Result<JointMotion, Error> {
-    let table = value.table()?;
-    table.only(&KEYS)?;
-    let old = rig.get(joint).map_or(JointMotion::Fixed, |j| j.motion);
-    if let JointMotion::Hinge { .. } | JointMotion::Slider { .. } = old {
-        let reason = format!(
-            "is {} of the file's own: expected limits of balls and Euler joints only",
-            with_article(&old)
-        );
-        return Err(value.key_error(ErrorKind::Unfit { joint: name_of(rig, joint).to_owned(), reason }));
-    }
-    let has = |keys: &[&str]| keys.iter().any(|key| table.get(key).is_some());
-    match (has(&EULER), has(&CONE)) {
-        (true, false) => euler(&table),
-        (false, true) => {
-            let cone = Some(cone(&table)?);
-            Ok(if let JointMotion::Free { .. } = old {
-                JointMotion::Free { cone }
-            } else {
-                JointMotion::Ball { cone }
-            })
-        }
-        (is_both, _) => {
-            let expected = "either 'min_deg' and 'max_deg' (ranges of the angles x, y, z), \
-                            or 'axis' and 'swing_deg' (a cone)";
-            let found = if is_both { table.present(&KEYS) } else { "no limits".to_owned() };
-            Err(table.error(ErrorKind::Alternatives { place: table.place(), found, expected }))
-        }
-    }
-}
-
-fn euler(table: &Table<'_>) -> Result<JointMotion, Error> {
-    const EXPECTED: &str = "three angles in degrees, [x, y, z]";
-    let min = table.require("min_deg", EXPECTED)?.numbers::<3>(EXPECTED)?;
-    let largest = table.require("max_deg", EXPECTED)?;
-    let max = largest.numbers::<3>(EXPECTED)?;
-    for (axis, what) in ["angle about x", "angle about y", "angle about z"].into_iter().enumerate() {
-        if min[axis] > max[axis] {
-            return Err(largest.error(ErrorKind::Order { what, min: min[axis], max: max[axis] }));
-        }
-    }
-    let ranges = [0, 1, 2].map(|axis| Range::degrees(min[axis], max[axis]));
-    Ok(JointMotion::Euler { order: EulerOrder::Zyx, ranges })
-}
-
-fn cone(table: &Table<'_>) -> Result<Cone, Error> {
-    let axis = table.require("axis", "the twist's axis in the joint's frame, [x, y, z]")?;
-    let axis = direction(axis.vector()?, axis.at())?;
-    let widths = table.require("swing_deg", "two half-widths in degrees, [first, second]")?;
-    let mut swing = [0.0; 2];
-    for (slot, width) in swing.iter_mut().zip(of_two(&widths, "two half-widths in degrees, [first, second]")?)
-    {
-        let inside = |n: f64| (0.0..=180.0).contains(&n);
-        *slot = width.number_that(inside, "a half-width from 0 to 180 degrees")?.to_radians().min(PI);
-    }
-    let mut twist = Range::new(-PI, PI);
-    if let Some(ends) = table.get("twist_deg") {
-        let mut degrees = [0.0; 2];
-        for (slot, end) in degrees.iter_mut().zip(of_two(&ends, "two angles in degrees, [min, max]")?) {
-            *slot = end.number_that(|n| n.abs() <= 180.0, "an angle from -180 to 180 degrees")?;
-        }
-        let [min, max] = degrees;
-        if min > max {
-            return Err(ends.error(ErrorKind::Order { what: "twist", min, max }));
-        }
-        twist = Range::new(min.to_radians().max(-PI), max.to_radians().min(PI));
-    }
-    let cone = Cone::new(axis, swing, twist);
-    let cone = match centre(table)? {
-        None => cone,
-        Some(centre) => cone.and_then(|cone| cone.with_centre(centre)),
-    };
-    cone.map_err(|e| table.error(ErrorKind::Cone(e)))
-}
-
-/// The centre of a cone, where it has one: of two rotations, the one left out is the identity.
-fn centre(table: &Table<'_>) -> Result<Option<ConeCentre>, Error> {
-    let rotation = |value: Value<'_>| quaternion(value.numbers("a quaternion, [x, y, z, w]")?, value.at());
-    let [parent, joint] = CENTRE.map(|key| table.get(key).map(rotation).transpose());
-    let (parent, joint) = (parent?, joint?);
-    Ok((parent.is_some() || joint.is_some()).then(|| ConeCentre {
-        parent_rotation: parent.unwrap_or_default(),
-        joint_rotation: joint.unwrap_or_default(),
-    }))
-}
-
-/// The two entries of a list, each with its own place.
-fn of_two<'a>(value: &Value<'a>, expected: &'static str) -> Result<Vec<Value<'a>>, Error> {
-    value.numbers::<2>(expected)?;
-    value.list(expected)
 }

@@ -5,15 +5,18 @@ use std::path::Path;
 use ikiru_formats::Loaded;
 use ikiru_rig::{Clip, JointId, Pose, RateLimit, Rig};
 use ikiru_solve::{MotionError, MotionProblem, Problem, Solver, Timeline, TimelineError, When};
+use serde::Serialize;
 
+use crate::at::At;
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
+use crate::keys::{as_table, is_false, is_plain_zero, is_true};
 use crate::objective::ScenarioObjective;
-use crate::rate_limits;
+use crate::rate_limits::{self, RateKeys};
 use crate::scenario::{Scenario, out_of_hand};
-use crate::start;
-use crate::table::{Table, Value};
-use crate::values::name_of;
+use crate::start::GivenPose;
+use crate::table::Table;
+use crate::values::{name_of, number_that};
 use crate::warning::{ScenarioPose, Warning};
 
 /// What `[motion]` asks for.
@@ -125,106 +128,209 @@ fn build(
     Ok(motion)
 }
 
-const LENGTH: &str = "'duration_secs' (with 'rate' in samples a second, 30 by default) or 'points'";
+/// What `[motion]` of a scenario has.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MotionKeys {
+    /// How long it is and how many samples it has: `duration_secs` and `rate`, or `points`.
+    #[serde(flatten)]
+    pub length: LengthKeys,
+    /// Weights of speed, acceleration and jerk, each at least 0; 0.001 each by default.
+    #[serde(skip_serializing_if = "is_default_smoothness")]
+    pub smoothness: [f64; 3],
+    /// The weight of even spacing, at least 0; 0 by default.
+    #[serde(skip_serializing_if = "is_plain_zero")]
+    pub even_spacing: f64,
+    /// Whether the body stands still before the first sample; false by default.
+    #[serde(skip_serializing_if = "is_false")]
+    pub start_at_rest: bool,
+    /// Whether the body stands still after the last sample; false by default.
+    #[serde(skip_serializing_if = "is_false")]
+    pub end_at_rest: bool,
+    /// Whether the first sample is the scenario's start; true by default.
+    #[serde(skip_serializing_if = "is_true")]
+    pub fixed_start: bool,
+    /// Whether the motion may take longer, to keep its limits on rates; false by default.
+    #[serde(skip_serializing_if = "is_false")]
+    pub free_duration: bool,
+    /// Limits on rates of every active joint.
+    #[serde(flatten)]
+    pub rates: RateKeys,
+    /// Limits on rates of one joint each, by name or humanoid role: `[motion.limits.NAME]`.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "as_table")]
+    pub limits: Vec<(String, RateKeys)>,
+    /// The last sample, where it is given: `[motion.end]`. What it does not name is as in the start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end: Option<GivenPose>,
+}
 
-/// Reads `[motion]`, if it is there. An end pose has the joints that it does not name as the start has them.
-pub(crate) fn read(
-    active: &[JointId],
-    scenario: &Table<'_>,
-    start: &Pose,
-    folder: &Path,
-    axes: Axes,
-    warnings: &mut Vec<Warning>,
-) -> Result<Option<MotionSettings>, Error> {
-    let Some(table) = scenario.table("motion")? else { return Ok(None) };
-    let own = [
-        "duration_secs",
-        "rate",
-        "points",
-        "smoothness",
-        "even_spacing",
-        "start_at_rest",
-        "end_at_rest",
-        "fixed_start",
-        "end",
-        "free_duration",
-        "limits",
-    ];
-    let keys: Vec<&'static str> = own.into_iter().chain(rate_limits::KEYS).collect();
-    table.only(&keys)?;
-    let timeline = timeline(&table)?;
-    let smoothness = match table.get("smoothness") {
-        Some(value) => {
-            let weights = value.numbers::<3>("three weights, of speed, acceleration and jerk")?;
-            if weights.iter().any(|w| *w < 0.0) {
-                return Err(value.error(ErrorKind::JointMotion(MotionError::Smoothness(weights))));
-            }
-            weights
+/// How long a motion is and how many samples it has.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum LengthKeys {
+    /// So many seconds.
+    Seconds {
+        /// `duration_secs`
+        duration_secs: f64,
+        /// `rate`: samples a second; 30 by default.
+        #[serde(skip_serializing_if = "is_default_rate")]
+        rate: f64,
+    },
+    /// `points`: so many samples between the first and the last, a second apart.
+    Points {
+        /// How many.
+        points: u32,
+    },
+}
+
+const OWN_KEYS: [&str; 11] = [
+    "duration_secs",
+    "rate",
+    "points",
+    "smoothness",
+    "even_spacing",
+    "start_at_rest",
+    "end_at_rest",
+    "fixed_start",
+    "end",
+    "free_duration",
+    "limits",
+];
+const DEFAULT_RATE_HZ: f64 = 30.0;
+const DEFAULT_SMOOTHNESS: [f64; 3] = [0.001; 3];
+
+impl MotionKeys {
+    /// A motion of some length, with the default of everything else.
+    #[must_use]
+    pub fn new(length: LengthKeys) -> Self {
+        Self {
+            length,
+            smoothness: DEFAULT_SMOOTHNESS,
+            even_spacing: 0.0,
+            start_at_rest: false,
+            end_at_rest: false,
+            fixed_start: true,
+            free_duration: false,
+            rates: RateKeys::default(),
+            limits: Vec::new(),
+            end: None,
         }
-        None => [0.001; 3],
-    };
-    let at_least_0 = "a weight of at least 0";
-    let even_spacing =
-        table.get("even_spacing").map_or(Ok(0.0), |v| v.number_that(|w| w >= 0.0, at_least_0))?;
-    let truth = |key: &str| table.get(key).map_or(Ok(false), |v| v.truth());
-    let at_rest = [truth("start_at_rest")?, truth("end_at_rest")?];
-    let fixed_start = table.get("fixed_start").map_or(Ok(true), |v| v.truth())?;
-    let end = match table.get("end") {
-        Some(end) => Some(start::given(&end, start, ScenarioPose::End, folder, axes, warnings)?),
-        None => None,
-    };
-    if end.is_some() && fixed_start && timeline.n_samples() == 2 {
-        let kind = MotionError::GivenSamples { given: 1, side: "end", n_samples: 2, taken: 1 };
-        return Err(table.error(ErrorKind::JointMotion(kind)));
     }
-    let rate_limits = rate_limits::read(start.rig(), active, &table)?;
-    let mut free_duration = false;
-    if let Some(value) = table.get("free_duration") {
-        free_duration = value.truth()?;
-        if free_duration && rate_limits.is_empty() {
+
+    pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
+        let keys: Vec<&'static str> = OWN_KEYS.into_iter().chain(rate_limits::KEYS).collect();
+        table.only(&keys)?;
+        let mut motion = Self::new(LengthKeys::read(table)?);
+        if let Some(value) = table.get("smoothness") {
+            motion.smoothness = value.numbers("three weights, of speed, acceleration and jerk")?;
+        }
+        if let Some(value) = table.get("even_spacing") {
+            motion.even_spacing = value.number()?;
+        }
+        for (key, truth) in [
+            ("start_at_rest", &mut motion.start_at_rest),
+            ("end_at_rest", &mut motion.end_at_rest),
+            ("fixed_start", &mut motion.fixed_start),
+            ("free_duration", &mut motion.free_duration),
+        ] {
+            if let Some(value) = table.get(key) {
+                *truth = value.truth()?;
+            }
+        }
+        motion.rates = RateKeys::read(table)?;
+        for value in table.table("limits")?.iter().flat_map(Table::entries) {
+            let table = value.table()?;
+            table.only(&rate_limits::KEYS)?;
+            motion.limits.push((value.key.clone(), RateKeys::read(&table)?));
+        }
+        motion.end = table.get("end").map(|end| GivenPose::read(&end)).transpose()?;
+        Ok(motion)
+    }
+
+    /// What it asks for. `at` is the table `[motion]`.
+    pub(crate) fn settings(
+        &self,
+        active: &[JointId],
+        start: &Pose,
+        folder: &Path,
+        axes: Axes,
+        at: &At<'_>,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<MotionSettings, Error> {
+        let timeline = self.length.timeline(at)?;
+        if self.smoothness.iter().any(|weight| *weight < 0.0) {
+            let kind = ErrorKind::JointMotion(MotionError::Smoothness(self.smoothness));
+            return Err(at.key("smoothness").error(kind));
+        }
+        let at_spacing = at.key("even_spacing");
+        number_that(self.even_spacing, &at_spacing, |w| w >= 0.0, "a weight of at least 0")?;
+        let end = match &self.end {
+            Some(end) => Some(end.pose(start, ScenarioPose::End, folder, axes, &at.key("end"), warnings)?),
+            None => None,
+        };
+        if end.is_some() && self.fixed_start && timeline.n_samples() == 2 {
+            let kind = MotionError::GivenSamples { given: 1, side: "end", n_samples: 2, taken: 1 };
+            return Err(at.error(ErrorKind::JointMotion(kind)));
+        }
+        let rate_limits = rate_limits::rate_limits(start.rig(), active, &self.rates, &self.limits, at)?;
+        if self.free_duration && rate_limits.is_empty() {
             let (place, found) =
                 ("[motion] with 'free_duration'".to_owned(), "no limits on rates".to_owned());
             let expected =
                 "'max_speed_deg', 'max_acceleration_deg', 'max_speed' or 'max_acceleration' beside it";
-            return Err(value.error(ErrorKind::Alternatives { place, found, expected }));
+            let kind = ErrorKind::Alternatives { place, found, expected };
+            return Err(at.key("free_duration").error(kind));
         }
-    }
-    Ok(Some(MotionSettings {
-        timeline,
-        smoothness,
-        even_spacing,
-        at_rest,
-        fixed_start,
-        end,
-        rate_limits,
-        free_duration,
-    }))
-}
-
-fn timeline(table: &Table<'_>) -> Result<Timeline, Error> {
-    match (table.get("duration_secs"), table.get("rate"), table.get("points")) {
-        (Some(duration), rate, None) => {
-            let hertz = rate
-                .map_or(Ok(30.0), |r| r.number_that(|n| n > 0.0, "a number of samples a second above 0"))?;
-            Timeline::seconds(duration.number()?, hertz).map_err(|e| wrong(&duration, e))
-        }
-        (None, None, Some(points)) => {
-            let n = points.count(0, "how many points lie between the first and the last")?;
-            Timeline::points(n).map_err(|e| wrong(&points, e))
-        }
-        _ => {
-            let found = table.present(&["duration_secs", "rate", "points"]);
-            Err(table.error(ErrorKind::Alternatives {
-                place: "[motion]".to_owned(),
-                found,
-                expected: LENGTH,
-            }))
-        }
+        Ok(MotionSettings {
+            timeline,
+            smoothness: self.smoothness,
+            even_spacing: self.even_spacing,
+            at_rest: [self.start_at_rest, self.end_at_rest],
+            fixed_start: self.fixed_start,
+            end,
+            rate_limits,
+            free_duration: self.free_duration,
+        })
     }
 }
 
-fn wrong(value: &Value<'_>, error: TimelineError) -> Error {
-    value.error(ErrorKind::JointMotion(MotionError::Timeline(error)))
+impl LengthKeys {
+    fn read(table: &Table<'_>) -> Result<Self, Error> {
+        match (table.get("duration_secs"), table.get("rate"), table.get("points")) {
+            (Some(duration), rate, None) => Ok(Self::Seconds {
+                duration_secs: duration.number()?,
+                rate: rate.map_or(Ok(DEFAULT_RATE_HZ), |rate| rate.number())?,
+            }),
+            (None, None, Some(points)) => Ok(Self::Points {
+                points: points.count("how many points lie between the first and the last")?,
+            }),
+            _ => Err(table.alternatives(
+                &["duration_secs", "rate", "points"],
+                "'duration_secs' (with 'rate' in samples a second, 30 by default) or 'points'",
+            )),
+        }
+    }
+
+    fn timeline(self, at: &At<'_>) -> Result<Timeline, Error> {
+        let wrong = |key: &str, error: TimelineError| {
+            at.key(key).error(ErrorKind::JointMotion(MotionError::Timeline(error)))
+        };
+        match self {
+            Self::Seconds { duration_secs, rate } => {
+                let expected = "a number of samples a second above 0";
+                number_that(rate, &at.key("rate"), |n| n > 0.0, expected)?;
+                Timeline::seconds(duration_secs, rate).map_err(|e| wrong("duration_secs", e))
+            }
+            Self::Points { points } => Timeline::points(points as usize).map_err(|e| wrong("points", e)),
+        }
+    }
+}
+
+fn is_default_smoothness(weights: &[f64; 3]) -> bool {
+    *weights == DEFAULT_SMOOTHNESS
+}
+
+fn is_default_rate(rate_hz: &f64) -> bool {
+    *rate_hz == DEFAULT_RATE_HZ
 }
 
 /// The first sample is given: a target that is wanted from there on, and is elsewhere, leaves one sample to get there.

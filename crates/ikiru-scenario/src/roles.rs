@@ -3,32 +3,26 @@
 use ikiru_rig::humanoid::RoleMapError;
 use ikiru_rig::{Rig, Role};
 
+use crate::at::At;
 use crate::error::{Error, ErrorKind};
-use crate::table::Table;
 
-/// The rig with the scenario's roles on top of those that it has.
-pub(crate) fn with_roles(rig: &Rig, scenario: &Table<'_>) -> Result<Rig, Error> {
-    let Some(table) = scenario.table("roles")? else { return Ok(rig.clone()) };
-    let mut roles = Vec::new();
-    for value in table.entries() {
-        let role: Role = value.key.parse().map_err(|e| value.key_error(ErrorKind::UnknownRole(e)))?;
-        let joint = value.text("the name of a joint")?;
-        roles.push((role, joint, value));
+/// The rig with the scenario's roles on top of those that it has: role and joint. `at` is the table `[roles]`.
+pub(crate) fn with_roles(rig: &Rig, roles: &[(String, String)], at: &At<'_>) -> Result<Rig, Error> {
+    if roles.is_empty() {
+        return Ok(rig.clone());
     }
-    let pairs = roles.iter().map(|(role, joint, _)| (*role, *joint));
-    rig.with_roles(pairs).map_err(|error| {
-        let (role, kind) = match error {
-            RoleMapError::Unknown { role, source: unknown } => {
-                (role, ErrorKind::RoleOfNone { role, unknown })
-            }
-            RoleMapError::Twice { joint, first, second } => {
-                (second, ErrorKind::TwoRoles { joint, first, second })
-            }
-            RoleMapError::Rig(error) => return table.error(ErrorKind::Roles(error)),
-        };
-        match roles.iter().find(|(of, ..)| *of == role) {
-            Some((.., value)) => value.error(kind),
-            None => table.error(kind),
+    let mut pairs: Vec<(Role, &str)> = Vec::with_capacity(roles.len());
+    for (role, joint) in roles {
+        let role = role.parse().map_err(|e| at.key(role).key_error(ErrorKind::UnknownRole(e)))?;
+        pairs.push((role, joint));
+    }
+    rig.with_roles(pairs).map_err(|error| match error {
+        RoleMapError::Unknown { role, source: unknown } => {
+            at.key(role.name()).error(ErrorKind::RoleOfNone { role, unknown })
         }
+        RoleMapError::Twice { joint, first, second } => {
+            at.key(second.name()).error(ErrorKind::TwoRoles { joint, first, second })
+        }
+        RoleMapError::Rig(error) => at.error(ErrorKind::Roles(error)),
     })
 }

@@ -1,17 +1,16 @@
 //! A scenario: everything that a solve needs, made of one text.
 
 use std::path::Path;
-use std::time::Duration;
 
 use glam::{DQuat, DVec3};
 use ikiru_formats::Loaded;
-use ikiru_rig::{JointId, Pose, Rig};
-use ikiru_solve::{Method, Problem, Report, Search, Solver, SolverOptions, TermReads, Workspace};
+use ikiru_rig::{JointId, Pose, Rig, unknown_name};
+use ikiru_solve::{Method, Problem, Report, Solver, TermReads, Workspace};
 use serde_json::{Value as Json, json};
-use toml::de::DeTable;
 
 use crate::at::{At, Source};
 use crate::axes::Axes;
+use crate::document::{Document, RootKey, TargetAxes, read_text};
 use crate::error::{Error, ErrorKind};
 use crate::kinds::Aim;
 use crate::limits::limited;
@@ -19,10 +18,9 @@ use crate::motion::MotionSettings;
 use crate::objective::{ObjectiveEntry, ScenarioObjective};
 use crate::roles::with_roles;
 use crate::scene::{Scene, joint_list};
-use crate::start::start;
-use crate::table::{Table, Value};
-use crate::values::name_of;
-use crate::warning::Warning;
+use crate::start::rest;
+use crate::values::{name_of, number_that};
+use crate::warning::{ScenarioPose, Warning};
 
 /// What a scenario asks for, ready to solve, as often as wanted and for other targets too.
 #[derive(Debug)]
@@ -73,22 +71,9 @@ pub enum TargetError {
     Kind(usize, &'static str, &'static str),
 }
 
-const KEYS: [&str; 13] = [
-    "version",
-    "rig",
-    "method",
-    "active",
-    "root",
-    "scale",
-    "world",
-    "roles",
-    "limits",
-    "start",
-    "objective",
-    "motion",
-    "stop",
-];
 const METHODS: [&str; 5] = ["lm", "adam", "ccd", "fabrik", "ipopt"];
+/// What messages call a scenario that was made of a document.
+const DOCUMENT: &str = "document";
 
 impl Scenario {
     /// Reads a scenario file. Paths inside it are relative to its folder.
@@ -98,9 +83,7 @@ impl Scenario {
     /// column of the first thing that is wrong.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
-        let name = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|e| Error::new(&name, None, ErrorKind::Io(e)))?;
-        let text = String::from_utf8(bytes).map_err(|_| Error::new(&name, None, ErrorKind::Utf8))?;
+        let (name, text) = read_text(path)?;
         Self::parse(&text, &name, path.parent().unwrap_or(Path::new("")))
     }
 
@@ -109,15 +92,19 @@ impl Scenario {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(text: &str, name: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        let root = At::root(Source { name, text: Some(text) });
-        let map = DeTable::parse(text).map_err(|error| {
-            let byte = error.span().map_or(0, |span| span.start);
-            root.error_at(byte, ErrorKind::Syntax(error.message().to_owned()))
-        })?;
-        let table = Table::root(root, map.get_ref());
-        table.require("version", "version = 1")?.version()?;
-        table.only(&KEYS)?;
-        build(&table, name, folder.as_ref())
+        let document = Document::parse(text, name)?;
+        build(&document, Source { name, text: Some(text) }, folder.as_ref())
+    }
+
+    /// Makes a scenario of a document; paths inside it are relative to `folder`.
+    ///
+    /// # Errors
+    /// When the rig cannot be read, a name is unknown, or a number makes no sense: with the keys that lead there, as no text
+    /// stands behind it.
+    pub fn from_document(document: &Document, folder: impl AsRef<Path>) -> Result<Self, Error> {
+        let source = Source { name: DOCUMENT, text: None };
+        check_finite(&toml::Value::Table(document.table()), &At::root(source))?;
+        build(document, source, folder.as_ref())
     }
 
     /// Memory for solving it.
@@ -226,38 +213,76 @@ pub(crate) fn out_of_hand(warnings: &[Warning], objective: usize) -> Option<&str
     })
 }
 
-fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error> {
-    let method = method(table)?;
-    let in_file = match table.get("world") {
-        Some(world) => world.word("world", &["scene", "file"])? == "file",
-        None => false,
-    };
-    let solver = Solver::new(stop(table, method)?);
-    let (loaded, rig_value) = read_rig(table, folder)?;
-    let (rig, limited) = limited(&with_roles(&loaded.rig, table)?, table)?;
+/// Texts have finite numbers alone; a program may put anything into a document.
+fn check_finite(value: &toml::Value, at: &At<'_>) -> Result<(), Error> {
+    match value {
+        toml::Value::Float(number) if !number.is_finite() => {
+            Err(at.error(ErrorKind::NotFinite { key: at.name().to_owned(), found: number.to_string() }))
+        }
+        toml::Value::Array(list) => {
+            list.iter().enumerate().try_for_each(|(idx, value)| check_finite(value, &at.entry(idx)))
+        }
+        toml::Value::Table(table) => {
+            table.iter().try_for_each(|(key, value)| check_finite(value, &at.key(key)))
+        }
+        toml::Value::String(_)
+        | toml::Value::Integer(_)
+        | toml::Value::Float(_)
+        | toml::Value::Boolean(_)
+        | toml::Value::Datetime(_) => Ok(()),
+    }
+}
+
+fn build(document: &Document, source: Source<'_>, folder: &Path) -> Result<Scenario, Error> {
+    let root = At::root(source);
+    if document.version != 1 {
+        return Err(root.key("version").error(ErrorKind::Version(document.version.to_string())));
+    }
+    let solver = Solver::new(document.stop.options(method(document, &root)?, &root.key("stop"))?);
+    let loaded = read_rig(document, folder, &root)?;
+    let floats = document.root == RootKey::Free;
+    let (rig, limited) = limited(
+        &with_roles(&loaded.rig, &document.roles, &root.key("roles"))?,
+        &document.limits,
+        floats,
+        &root,
+    )?;
+    let at_rig = root.key("rig");
     let loaded = if loaded.rig.is_same(&rig) {
         loaded
     } else {
-        loaded.with_rig(rig.clone()).map_err(|e| rig_value.error(ErrorKind::Rig(e)))?
+        loaded.with_rig(rig.clone()).map_err(|e| at_rig.error(ErrorKind::Rig(e)))?
     };
     // A scenario uses no clip of the file's.
     let of_rig = loaded.warnings.iter().filter(|warning| !warning.is_about_clips());
     let mut warnings: Vec<Warning> = of_rig.cloned().map(Warning::Rig).collect();
-    let problem_joints = match table.get("active") {
-        Some(list) => joint_list(&rig, &list.name_list()?, list.at())?,
+    let problem_joints = match &document.active {
+        Some(names) => joint_list(&rig, names, &root.key("active"))?,
         None => rig.ids().collect(),
     };
     let mut problem = Problem::new(&rig, problem_joints);
     let active: Vec<JointId> = problem.active().collect();
     if active.is_empty() {
-        return Err(rig_value.error(ErrorKind::NothingMoves));
+        return Err(at_rig.error(ErrorKind::NothingMoves));
     }
-    let axes = if in_file { Axes::of_file(&loaded) } else { Axes::RIG };
-    let start = start(&rig, table, folder, axes, &mut warnings)?;
-    let motion = crate::motion::read(&active, table, &start, folder, axes, &mut warnings)?;
+    let axes = if document.world == TargetAxes::File { Axes::of_file(&loaded) } else { Axes::RIG };
+    let start = match &document.start {
+        Some(given) => {
+            let (base, at) = (rig.rest_pose(), root.key("start"));
+            given.pose(&base, ScenarioPose::Start, folder, axes, &at, &mut warnings)?
+        }
+        None => rest(&rig, &mut warnings),
+    };
+    let motion = match &document.motion {
+        Some(motion) => {
+            let at = root.key("motion");
+            Some(motion.settings(&active, &start, folder, axes, &at, &mut warnings)?)
+        }
+        None => None,
+    };
     let timeline = motion.as_ref().map(|m| &m.timeline);
     let scene = Scene { rig: &rig, active: &active, timeline };
-    let mut objectives = objectives(scene, table, &mut problem)?;
+    let mut objectives = add_objectives(scene, &document.objectives, &mut problem, &root.key("objective"))?;
     let mut targets = Vec::with_capacity(objectives.len());
     for objective in &mut objectives {
         let written = target_json(objective, &problem, Axes::RIG, &rig);
@@ -270,7 +295,7 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     if let Some(motion) = &motion {
         crate::motion::warn_of_what_begins_elsewhere(motion, &start, &problem, &objectives, &mut warnings);
     }
-    let name = name.to_owned();
+    let name = source.name.to_owned();
     Ok(Scenario {
         name,
         loaded,
@@ -288,77 +313,46 @@ fn build(table: &Table<'_>, name: &str, folder: &Path) -> Result<Scenario, Error
     })
 }
 
-/// Adds all objectives to the problem.
-fn objectives(
+/// Adds all objectives to the problem. `at` is their list.
+fn add_objectives(
     scene: Scene<'_>,
-    scenario: &Table<'_>,
+    entries: &[ObjectiveEntry],
     problem: &mut Problem,
+    at: &At<'_>,
 ) -> Result<Vec<ScenarioObjective>, Error> {
-    let list = scenario.require("objective", "at least one [[objective]]")?;
-    let entries = list.list("a list of tables, [[objective]]")?;
     if entries.is_empty() {
-        return Err(list.wrong_length(0, "at least one"));
+        let (place, expected) = ("the scenario".to_owned(), "at least one [[objective]]");
+        return Err(at.error(ErrorKind::MissingKey { place, key: "objective", expected }));
     }
-    let places = list.at().positions_of_entries();
+    let places = at.positions_of_entries();
     let mut objectives = Vec::with_capacity(entries.len());
     for (idx, entry) in entries.iter().enumerate() {
-        let table = entry.table()?;
-        let added = ObjectiveEntry::read(&table)?.add(scene, problem, table.at())?;
+        let added = entry.add(scene, problem, &at.entry(idx))?;
         objectives.push(ScenarioObjective { place: places.get(idx).copied().flatten(), ..added });
     }
     Ok(objectives)
 }
 
-fn method(table: &Table<'_>) -> Result<Method, Error> {
-    let Some(value) = table.get("method") else { return Ok(Method::Lm) };
-    let name = value.word("method", &METHODS)?;
-    Method::from_name(name).ok_or_else(|| value.error(ErrorKind::NotAvailable(name)))
-}
-
-fn read_rig<'a>(table: &Table<'a>, folder: &Path) -> Result<(Loaded, Value<'a>), Error> {
-    const EXPECTED: &str =
-        "a built-in rig such as 'builtin:human', or the path of a .glb, .gltf, .vrm, .bvh or .urdf file";
-    let value = table.require("rig", EXPECTED)?;
-    let rig = value.text(EXPECTED)?;
-    let path = if rig.starts_with("builtin:") { Path::new(rig).to_owned() } else { folder.join(rig) };
-    let mut factor = 1.0;
-    if let Some(scale) = table.get("scale") {
-        factor = scale.number_that(|n| n > 0.0, "a number above 0")?;
-        if factor != 1.0 && !ikiru_formats::lacks_unit(&path) {
-            return Err(scale.error(ErrorKind::Scale(factor)));
+fn method(document: &Document, root: &At<'_>) -> Result<Method, Error> {
+    let at = root.key("method");
+    match METHODS.into_iter().find(|name| *name == document.method) {
+        Some(name) => Method::from_name(name).ok_or_else(|| at.error(ErrorKind::NotAvailable(name))),
+        None => {
+            let unknown = unknown_name(&document.method, METHODS);
+            Err(at.error(ErrorKind::Word { key: "method", unknown, expected: METHODS.to_vec() }))
         }
     }
-    let loaded = ikiru_formats::read_scaled(path, factor).map_err(|e| value.error(ErrorKind::Rig(e)))?;
-    Ok((loaded, value))
 }
 
-fn stop(table: &Table<'_>, method: Method) -> Result<SolverOptions, Error> {
-    const RESTARTS: usize = 64;
-    let mut options = SolverOptions {
-        method,
-        search: Search::Global { max_restarts: RESTARTS },
-        ..SolverOptions::default()
-    };
-    let Some(stop) = table.table("stop")? else { return Ok(options) };
-    stop.only(&["cost_below", "max_iterations", "max_restarts", "max_time_ms"])?;
-    if let Some(value) = stop.get("cost_below") {
-        options.cost_below = Some(value.number_that(|n| n > 0.0, "a number above 0")?);
+fn read_rig(document: &Document, folder: &Path, root: &At<'_>) -> Result<Loaded, Error> {
+    let rig = &document.rig;
+    let path = if rig.starts_with("builtin:") { Path::new(rig).to_owned() } else { folder.join(rig) };
+    let (scale, at) = (document.scale, root.key("scale"));
+    number_that(scale, &at, |n| n > 0.0, "a number above 0")?;
+    if scale != 1.0 && !ikiru_formats::lacks_unit(&path) {
+        return Err(at.error(ErrorKind::Scale(scale)));
     }
-    if let Some(value) = stop.get("max_iterations") {
-        options.max_iterations = value.count(1, "a whole number of at least 1")?;
-    }
-    if let Some(value) = stop.get("max_restarts") {
-        options.search = match value.count(0, "a whole number of at least 0")? {
-            0 => Search::Local,
-            max_restarts => Search::Global { max_restarts },
-        };
-    }
-    if let Some(value) = stop.get("max_time_ms") {
-        const DAY_MS: f64 = 86_400_000.0;
-        let ms = value.number_that(|n| n > 0.0 && n <= DAY_MS, "milliseconds, above 0 and at most a day")?;
-        options.max_time = Some(Duration::from_secs_f64(ms / 1000.0));
-    }
-    Ok(options)
+    ikiru_formats::read_scaled(path, scale).map_err(|e| root.key("rig").error(ErrorKind::Rig(e)))
 }
 
 /// An objective about joints that nothing active moves can only be met by chance: of frames none moves, or of motions

@@ -1,97 +1,137 @@
-//! Poses that a scenario gives: `[start]` and `[motion.end]`, as a table of joints or as the name of a file.
+//! Poses that a scenario gives: `[start]` and `[motion.end]`, as joints or as the name of a file.
 
 use std::path::Path;
 
 use glam::DVec3;
 use ikiru_formats::read_pose_json;
 use ikiru_rig::{JointId, JointMotion, Pose, Rig};
+use serde::ser::SerializeMap as _;
+use serde::{Serialize, Serializer};
 
+use crate::at::At;
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
 use crate::keys::JointKeys;
-use crate::table::{Table, Value};
+use crate::scene::twice;
+use crate::table::Value;
 use crate::values::{joint_of_key, name_of, set};
 use crate::warning::{ScenarioPose, Warning};
 
-/// The start: what the scenario says of it on top of the rest pose, inside the limits, with a warning for each joint that
-/// was outside.
-pub(crate) fn start(
-    rig: &Rig,
-    scenario: &Table<'_>,
-    folder: &Path,
-    axes: Axes,
-    warnings: &mut Vec<Warning>,
-) -> Result<Pose, Error> {
-    let rest = rig.rest_pose();
-    match scenario.get("start") {
-        Some(value) => given(&value, &rest, ScenarioPose::Start, folder, axes, warnings),
-        None => Ok(inside(rest, |_| ScenarioPose::Rest, warnings)),
+/// A pose: `[start]` and `[motion.end]`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GivenPose {
+    /// The path of a `.json` file, as `ikiru solve` writes it, from the scenario's folder.
+    File(String),
+    /// Joints; what is not named is as at rest, or, of an end, as at the start.
+    Joints {
+        /// `root_translation`: how far the floating root is from where it is at rest, metres along the axes of `world`.
+        root_translation: Option<[f64; 3]>,
+        /// Joints by name or humanoid role, and how each is turned or moved.
+        joints: Vec<(String, JointKeys)>,
+    },
+}
+
+const TRANSLATION: &str = "root_translation";
+
+impl Serialize for GivenPose {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::File(path) => serializer.serialize_str(path),
+            Self::Joints { root_translation, joints } => {
+                let mut map = serializer.serialize_map(None)?;
+                if let Some(way) = root_translation {
+                    map.serialize_entry(TRANSLATION, way)?;
+                }
+                for (name, keys) in joints {
+                    map.serialize_entry(name, keys)?;
+                }
+                map.end()
+            }
+        }
     }
 }
 
-/// A pose that is given: the name of a file, or a table of joints and how they are turned. What it does not name is as in
-/// `base`. The way of the root is given in the scenario's `axes`.
-pub(crate) fn given(
-    value: &Value<'_>,
-    base: &Pose,
-    which: ScenarioPose,
-    folder: &Path,
-    axes: Axes,
-    warnings: &mut Vec<Warning>,
-) -> Result<Pose, Error> {
-    if value.is_text() {
-        let pose = of_file(value, base, folder)?;
-        return Ok(inside(pose, |_| which, warnings));
+impl GivenPose {
+    pub(crate) fn read(value: &Value<'_>) -> Result<Self, Error> {
+        if value.is_text() {
+            return Ok(Self::File(value.text("the path of a pose's .json file")?.to_owned()));
+        }
+        let (mut root_translation, mut joints) = (None, Vec::new());
+        for value in value.table()?.entries() {
+            // A joint of that name has a table, as all have.
+            if value.key == TRANSLATION && !value.is_table() {
+                root_translation = Some(value.vector()?);
+            } else {
+                joints.push((value.key.clone(), JointKeys::read(&value)?));
+            }
+        }
+        Ok(Self::Joints { root_translation, joints })
     }
-    let (pose, named) = of_table(value, base, which, axes)?;
-    let of = |joint: JointId| if named.contains(&joint) { which } else { ScenarioPose::Rest };
-    Ok(inside(pose, of, warnings))
+
+    /// The pose, inside the limits, with a warning for each joint that was outside. What it does not name is as in `base`. The
+    /// way of the root is given in the scenario's `axes`.
+    pub(crate) fn pose(
+        &self,
+        base: &Pose,
+        which: ScenarioPose,
+        folder: &Path,
+        axes: Axes,
+        at: &At<'_>,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<Pose, Error> {
+        match self {
+            Self::File(path) => {
+                let pose = of_file(&folder.join(path), base, at)?;
+                Ok(inside(pose, |_| which, warnings))
+            }
+            Self::Joints { root_translation, joints } => {
+                let mut pose = base.clone();
+                if let Some(way) = root_translation {
+                    let way = axes.vector(DVec3::from_array(*way));
+                    let set = pose.set_root_translation(way);
+                    set.map_err(|_| does_not_float(base.rig(), &at.key(TRANSLATION)))?;
+                }
+                let named = turn_joints(&mut pose, joints, at)?;
+                let of = |joint: JointId| if named.contains(&joint) { which } else { ScenarioPose::Rest };
+                Ok(inside(pose, of, warnings))
+            }
+        }
+    }
+}
+
+/// The rest pose, inside the limits, with a warning for each joint that was outside.
+pub(crate) fn rest(rig: &Rig, warnings: &mut Vec<Warning>) -> Pose {
+    inside(rig.rest_pose(), |_| ScenarioPose::Rest, warnings)
 }
 
 /// The pose of a `.json` file, as `ikiru solve` writes and prints it.
-fn of_file(value: &Value<'_>, base: &Pose, folder: &Path) -> Result<Pose, Error> {
-    const EXPECTED: &str = "the path of a pose's .json file, or a table of joints";
-    let path = folder.join(value.text(EXPECTED)?);
-    let bytes = std::fs::read(&path)
-        .map_err(|source| value.error(ErrorKind::PoseIo { file: path.display().to_string(), source }))?;
-    read_pose_json(&bytes, &path.display().to_string(), base).map_err(|e| value.error(ErrorKind::PoseFile(e)))
+fn of_file(path: &Path, base: &Pose, at: &At<'_>) -> Result<Pose, Error> {
+    let bytes = std::fs::read(path)
+        .map_err(|source| at.error(ErrorKind::PoseIo { file: path.display().to_string(), source }))?;
+    read_pose_json(&bytes, &path.display().to_string(), base).map_err(|e| at.error(ErrorKind::PoseFile(e)))
 }
 
-/// A table of joints and how they are turned, and which joints it names.
-fn of_table(
-    value: &Value<'_>,
-    base: &Pose,
-    which: ScenarioPose,
-    axes: Axes,
-) -> Result<(Pose, Vec<JointId>), Error> {
-    const TRANSLATION: &str = "root_translation";
-    let place = if which == ScenarioPose::End { "[motion.end]" } else { "[start]" };
-    let mut pose = base.clone();
-    let rig = base.rig();
-    let mut named: Vec<JointId> = Vec::new();
-    for value in value.table()?.entries() {
-        if value.key == TRANSLATION && rig.joint(TRANSLATION).is_err() {
-            let way = DVec3::from_array(value.vector()?);
-            pose.set_root_translation(axes.vector(way)).map_err(|_| does_not_float(rig, &value))?;
-            continue;
-        }
-        let joint = joint_of_key(rig, &value.key, value.at())?;
+/// Turns and moves joints, and tells which.
+fn turn_joints(pose: &mut Pose, joints: &[(String, JointKeys)], at: &At<'_>) -> Result<Vec<JointId>, Error> {
+    let rig = pose.rig().clone();
+    let mut named: Vec<JointId> = Vec::with_capacity(joints.len());
+    for (name, keys) in joints {
+        let at_name = at.key(name);
+        let joint = joint_of_key(&rig, name, &at_name)?;
         if named.contains(&joint) {
-            let (place, first) = (place.to_owned(), name_of(rig, joint).to_owned());
-            let kind = ErrorKind::Twice { place, first, second: value.key.clone() };
-            return Err(value.key_error(kind));
+            return Err(at_name.key_error(twice(&rig, joint, name, at.place())));
         }
-        set(&mut pose, joint, JointKeys::read(&value)?.angles(rig, joint, value.at())?);
+        set(pose, joint, keys.angles(&rig, joint, &at_name)?);
         named.push(joint);
     }
-    Ok((pose, named))
+    Ok(named)
 }
 
 /// What `root_translation` answers where nothing floats.
-fn does_not_float(rig: &Rig, value: &Value<'_>) -> Error {
+fn does_not_float(rig: &Rig, at: &At<'_>) -> Error {
     let joint = rig.root().map_or("root", |root| name_of(rig, root)).to_owned();
     let reason = "is a root that does not translate: expected root = \"free\" beside it".to_owned();
-    value.key_error(ErrorKind::Unfit { joint, reason })
+    at.key_error(ErrorKind::Unfit { joint, reason })
 }
 
 /// The pose, moved inside its limits, with a warning for each joint that was outside; `of` says whose word that joint's

@@ -30,11 +30,6 @@ impl<'a> Table<'a> {
         Self { at, map, start: 0 }
     }
 
-    /// Where it stands.
-    pub(crate) fn at(&self) -> &At<'a> {
-        &self.at
-    }
-
     /// What messages call it.
     pub(crate) fn place(&self) -> String {
         self.at.place()
@@ -108,11 +103,6 @@ impl<'a> Table<'a> {
 }
 
 impl<'a> Value<'a> {
-    /// Where it stands.
-    pub(crate) fn at(&self) -> &At<'a> {
-        &self.at
-    }
-
     /// An error at the value.
     pub(crate) fn error(&self, kind: ErrorKind) -> Error {
         self.at.error_at(self.value.span().start, kind)
@@ -226,25 +216,14 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// A finite number that fits a rule, which `expected` words.
-    pub(crate) fn number_that(
-        &self,
-        fits: impl Fn(f64) -> bool,
-        expected: &'static str,
-    ) -> Result<f64, Error> {
+    /// A whole number of at least 0.
+    pub(crate) fn count(&self, expected: &'static str) -> Result<u32, Error> {
+        let DeValue::Integer(_) = self.value.get_ref() else { return Err(self.wrong_type(expected)) };
         let found = self.number()?;
-        if fits(found) {
-            return Ok(found);
+        if (0.0..=f64::from(u32::MAX)).contains(&found) {
+            return Ok(found as u32);
         }
         Err(self.error(ErrorKind::OutOfRange { key: self.key.clone(), found, expected }))
-    }
-
-    /// A whole number.
-    pub(crate) fn count(&self, least: u32, expected: &'static str) -> Result<usize, Error> {
-        let DeValue::Integer(_) = self.value.get_ref() else { return Err(self.wrong_type(expected)) };
-        let most = f64::from(u32::MAX);
-        let number = self.number_that(|n| f64::from(least) <= n && n <= most, expected)?;
-        Ok(number as usize)
     }
 
     /// The number of a version, which can be anything that is written there.

@@ -108,7 +108,7 @@
 //! # Scenarios
 //!
 //! All of it can stand in a TOML file, which the command `ikiru solve` and every other front end read as well:
-//! see [`scenario`].
+//! see [`scenario`]. A program makes, changes and writes such files as a [`Document`](scenario::Document).
 //!
 //! # Objectives of your own
 //!

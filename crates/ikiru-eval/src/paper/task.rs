@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ikiru_scenario::{BUILTINS, Scenario};
+use ikiru_scenario::{BUILTINS, Document, Scenario};
 
 use crate::error::Error;
 
@@ -54,9 +54,8 @@ impl Task {
         };
         let Some(rig) = rig else { return Ok(Scenario::builtin(name)?) };
         let text = BUILTINS.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| text);
-        // A JSON string is a TOML string.
-        let path = serde_json::Value::from(rig.display().to_string()).to_string();
-        let text = text.replacen("\"builtin:reference\"", &path, 1);
-        Ok(Scenario::parse(&text, &format!("{name}.toml"), "")?)
+        let mut document = Document::parse(text, &format!("{name}.toml"))?;
+        document.rig = rig.display().to_string();
+        Ok(Scenario::from_document(&document, "")?)
     }
 }

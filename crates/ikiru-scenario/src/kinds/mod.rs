@@ -134,8 +134,9 @@ macro_rules! kinds {
                 }
             }
 
-            /// The keys of the kind of that name; none of a name that is no kind's.
-            pub(crate) fn keys_of(name: &str) -> &'static [&'static str] {
+            /// The keys of the kind of that name, besides those that every objective has; none of a name that is no kind's.
+            #[must_use]
+            pub fn keys_of(name: &str) -> &'static [&'static str] {
                 $(if name == $keys::NAME {
                     return $keys::KEYS;
                 })*

@@ -2,9 +2,11 @@
 
 mod centred_cones;
 mod characters;
+mod documents;
 mod floating;
 mod motion;
 mod paper;
+mod random_document;
 mod robots;
 mod roles;
 mod scales;
