@@ -111,6 +111,14 @@ pub enum ErrorKind {
         others = list(&Method::ALL.iter().map(Method::name).collect::<Vec<_>>())
     )]
     NotAvailable(&'static str),
+    /// A key that is understood, and asks for what no solver does yet.
+    #[error("{what} not yet solved for: expected {expected}")]
+    NotYet {
+        /// What it asks for, with a verb.
+        what: &'static str,
+        /// What should be there.
+        expected: &'static str,
+    },
     /// A scale for a format that knows its unit.
     #[error("'scale' is {0}: glTF, VRM and URDF files are in metres, expected 1 or no scale at all")]
     Scale(f64),

@@ -58,8 +58,8 @@
 //! | `relative_pose` | `joint`, `base`, `position`, `target_rotation` or `euler_deg`, one of them or both, `tolerance`, `tolerance_deg` | yes |
 //! | `distance` | `joints` (two), `points`, one of `exactly`, `at_least`, `at_most`, `tolerance` | yes |
 //! | `pole_vector` | `joints` (root, middle and end of a limb), `target`, `tolerance_deg` | yes |
-//! | `known_rotation` | `joints = { NAME = … }` with values as in `[start]`, `tolerance_deg` | yes |
-//! | `rest_pose` | `joints`; left out: all active ones; `tolerance_deg` | no |
+//! | `known_rotation` | `joints = { NAME = … }` with values as in `[start]`, `tolerance` (of sliders), `tolerance_deg` | yes |
+//! | `rest_pose` | `joints`; left out: all active ones; `tolerance` (of sliders), `tolerance_deg` | no |
 //!
 //! Beside a `[motion]`, every objective takes `at`, or `from` and `to`, in seconds: when it holds; at the last sample
 //! otherwise. `path = [[secs, x, y, z], …]` is a target that moves along a smooth curve, for as long as it goes on unless
@@ -75,7 +75,8 @@
 //! there and is elsewhere leaves one sample to get to it, which is a warning.
 //!
 //! Every objective takes `weight` (1, in a motion as above), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
-//! `{ huber = width }`. Tolerances are 0.001 m and 0.5° unless
+//! `{ huber = width }`. The keys `hard` (false) and `level` (1) are there for what must hold and for ranks of wishes: `hard = true` and levels
+//! beyond 1 are refused for now. Tolerances are 0.001 m and 0.5° unless
 //! given. Metres, degrees in keys that end in `_deg`, y up.
 
 mod at;

@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
+use crate::keys::is_false;
 use crate::kinds::Kind;
 use crate::scene::Scene;
 use crate::table::{Table, Value};
@@ -19,7 +20,12 @@ pub(crate) const DEFAULT_WEIGHT: f64 = 1.0;
 /// The keys of a kind that are read for every kind, since they belong to its term.
 const TOLERANCES: [&str; 2] = ["tolerance", "tolerance_deg"];
 /// The keys of every objective.
-const COMMON: [&str; 3] = ["weight", "loss", "mandatory"];
+const COMMON: [&str; 5] = ["weight", "loss", "mandatory", "hard", "level"];
+/// The level of an objective that has none of its own.
+const FIRST_LEVEL: u32 = 1;
+
+/// What errors expect of `level`.
+const LEVEL: &str = "a whole number of at least 1";
 
 /// One `[[objective]]` of a scenario, as the text has it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -36,6 +42,13 @@ pub struct ObjectiveEntry {
     /// Whether success asks for it; left out, as the kind has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mandatory: Option<bool>,
+    /// Whether it must hold in the end, whatever else pulls; false by default. True is not yet solved for.
+    #[serde(skip_serializing_if = "is_false")]
+    pub hard: bool,
+    /// Its rank, from 1, the default: what a lower level achieves, a higher one does not spoil. Levels beyond 1 are not yet solved
+    /// for.
+    #[serde(skip_serializing_if = "is_first_level")]
+    pub level: u32,
     /// How near is near enough, metres; 0.001 by default. For kinds with a part in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
@@ -96,6 +109,8 @@ impl ObjectiveEntry {
             weight: None,
             loss: Loss::Squared,
             mandatory: None,
+            hard: false,
+            level: FIRST_LEVEL,
             tolerance: None,
             tolerance_deg: None,
             times: None,
@@ -118,6 +133,8 @@ impl ObjectiveEntry {
             weight: number("weight")?,
             loss: table.get("loss").map_or(Ok(Loss::Squared), |value| read_loss(&value))?,
             mandatory: table.get("mandatory").map(|value| value.truth()).transpose()?,
+            hard: table.get("hard").map_or(Ok(false), |value| value.truth())?,
+            level: table.get("level").map_or(Ok(FIRST_LEVEL), |value| value.count(LEVEL))?,
             tolerance: tolerance?,
             tolerance_deg: tolerance_deg?,
             times: Times::read_if_there(table)?,
@@ -131,6 +148,7 @@ impl ObjectiveEntry {
         problem: &mut Problem,
         at: &At<'_>,
     ) -> Result<ScenarioObjective, Error> {
+        self.check_rank(at)?;
         let (weight, loss, tolerance) = (self.weight(at)?, self.checked_loss(at)?, self.tolerance(at)?);
         let added = self.kind.add(Adding { scene, problem: &mut *problem }, at)?;
         if let Some(term) = problem.terms_mut().last_mut() {
@@ -153,6 +171,21 @@ impl ObjectiveEntry {
     fn weight(&self, at: &At<'_>) -> Result<Option<f64>, Error> {
         let fits = |weight| number_that(weight, &at.key("weight"), |w| w >= 0.0, "a number of at least 0");
         self.weight.map(fits).transpose()
+    }
+
+    /// What the solver cannot do yet is refused, rather than read and left out.
+    fn check_rank(&self, at: &At<'_>) -> Result<(), Error> {
+        let at_level = at.key("level");
+        number_that(f64::from(self.level), &at_level, |level| level >= 1.0, LEVEL)?;
+        if self.level > FIRST_LEVEL {
+            let (what, expected) = ("levels beyond 1 are", "'level' to be 1, or left out");
+            return Err(at_level.error(ErrorKind::NotYet { what, expected }));
+        }
+        if self.hard {
+            let (what, expected) = ("hard objectives are", "'hard' to be false, or left out");
+            return Err(at.key("hard").error(ErrorKind::NotYet { what, expected }));
+        }
+        Ok(())
     }
 
     fn checked_loss(&self, at: &At<'_>) -> Result<Loss, Error> {
@@ -196,6 +229,10 @@ fn read_loss(value: &Value<'_>) -> Result<Loss, Error> {
         return Err(value.error(ErrorKind::Type { key: "loss".to_owned(), found: "a string", expected }));
     }
     Ok(if value.word("loss", &["squared", "norm"])? == "norm" { Loss::Norm } else { Loss::Squared })
+}
+
+fn is_first_level(level: &u32) -> bool {
+    *level == FIRST_LEVEL
 }
 
 fn is_squared(loss: &Loss) -> bool {

@@ -24,7 +24,7 @@ pub struct KnownRotationKeys {
 
 impl KindKeys for KnownRotationKeys {
     const NAME: &'static str = "known_rotation";
-    const KEYS: &'static [&'static str] = &["joints", "tolerance_deg"];
+    const KEYS: &'static [&'static str] = &["joints", "tolerance", "tolerance_deg"];
     type Objective = KnownRotation;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {

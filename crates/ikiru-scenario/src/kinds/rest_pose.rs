@@ -22,7 +22,7 @@ pub struct RestPoseKeys {
 
 impl KindKeys for RestPoseKeys {
     const NAME: &'static str = "rest_pose";
-    const KEYS: &'static [&'static str] = &["joints", "tolerance_deg"];
+    const KEYS: &'static [&'static str] = &["joints", "tolerance", "tolerance_deg"];
     type Objective = RestPose;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {

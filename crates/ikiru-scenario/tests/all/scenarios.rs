@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use ikiru_rig::{EulerOrder, JointMotion};
 use ikiru_scenario::{BUILTINS, Scenario, ScenarioPose, TargetError, Warning};
 use ikiru_solve::objectives::{Gaze, LookAt, PoseTarget, Position};
-use ikiru_solve::{Loss, Search};
+use ikiru_solve::{Loss, Search, Unit};
 
 fn parse(text: &str) -> Scenario {
     Scenario::parse(text, "test.toml", ".").unwrap_or_else(|error| panic!("{error}"))
@@ -169,6 +169,19 @@ joints = ["spine1", "spine2"]
     let report = scenario.solve(&mut pose, &mut workspace);
     let mandatory: Vec<_> = report.terms.iter().map(|t| t.mandatory).collect();
     assert_eq!(mandatory, [true, false, true, true, true, false]);
+}
+
+#[test]
+fn what_slides_has_a_tolerance_in_metres() {
+    // The finger goes to 4 cm, no further.
+    let text = "version = 1\nrig = \"builtin:panda\"\n[[objective]]\nkind = \"known_rotation\"\n\
+                joints = { panda_finger_joint1 = { offset = 0.05 } }\n";
+    for (tolerance, satisfied) in [("0.009", false), ("0.011", true)] {
+        let scenario = parse(&format!("{text}tolerance = {tolerance}\n"));
+        let (mut pose, mut workspace) = (scenario.start.clone(), scenario.workspace());
+        let report = scenario.solve(&mut pose, &mut workspace);
+        assert_eq!((report.terms[0].satisfied, report.terms[0].unit), (satisfied, Unit::Metres));
+    }
 }
 
 #[test]
