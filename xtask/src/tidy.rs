@@ -1,8 +1,11 @@
 //! `cargo xtask tidy`: the project's own rules, each one a file beside this one.
 
 mod architecture;
+mod catch_all;
+mod code;
 mod dependencies;
 mod foreign;
+mod kinds;
 mod project;
 mod rust_files;
 mod type_names;
@@ -73,6 +76,8 @@ fn check(project: &Project) -> Result<Vec<Finding>> {
         dependencies::check,
         foreign::check,
         type_names::check,
+        catch_all::check,
+        kinds::check,
         words::check,
     ];
     let mut findings = Vec::new();

@@ -179,7 +179,14 @@ fn limit_text(limit: &ActiveLimit, pose: &Pose) -> String {
             let value = pose.value(limit.joint).unwrap_or_default();
             match rig.get(limit.joint).map(|j| j.motion) {
                 Some(JointMotion::Slider { .. }) => format!("{name} offset {} m", numbers::length(value)),
-                _ => format!("{name} angle {}", numbers::angle(value)),
+                Some(
+                    JointMotion::Fixed
+                    | JointMotion::Hinge { .. }
+                    | JointMotion::Euler { .. }
+                    | JointMotion::Ball { .. }
+                    | JointMotion::Free { .. },
+                )
+                | None => format!("{name} angle {}", numbers::angle(value)),
             }
         }
         LimitKind::Swing | LimitKind::Twist => {

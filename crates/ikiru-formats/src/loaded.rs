@@ -130,7 +130,12 @@ impl Loaded {
                 JointMotion::Ball { cone } if needs.translates[idx] => JointMotion::Free { cone },
                 JointMotion::Fixed if needs.translates[idx] => JointMotion::FREE,
                 JointMotion::Fixed if needs.turns[idx] => JointMotion::BALL,
-                motion => motion,
+                motion @ (JointMotion::Fixed
+                | JointMotion::Hinge { .. }
+                | JointMotion::Slider { .. }
+                | JointMotion::Euler { .. }
+                | JointMotion::Ball { .. }
+                | JointMotion::Free { .. }) => motion,
             };
         }
         let rig = builder.build().map_err(|error| Error::new(source.name(), Place::File, error.into()))?;
@@ -235,13 +240,22 @@ fn take_motion(
         (JointMotion::Euler { order: a, .. }, JointMotion::Euler { order: b, .. }) if a == *b => {
             return pose.set_euler(id, from.euler(id)?).ok();
         }
-        _ => {}
+        // By the turn and the way that come of it.
+        (
+            JointMotion::Fixed
+            | JointMotion::Hinge { .. }
+            | JointMotion::Slider { .. }
+            | JointMotion::Euler { .. }
+            | JointMotion::Ball { .. }
+            | JointMotion::Free { .. },
+            _,
+        ) => {}
     }
     let (rotation, translation) = (from.rotation(id), from.translation(id));
-    match to {
-        JointMotion::Free { .. } => pose.set_translation(id, translation).ok()?,
-        _ if translation.length() > 1e-9 => return None,
-        _ => {}
+    if let JointMotion::Free { .. } = to {
+        pose.set_translation(id, translation).ok()?;
+    } else if translation.length() > 1e-9 {
+        return None;
     }
     match to {
         JointMotion::Ball { .. } | JointMotion::Free { .. } => pose.set_rotation(id, rotation).ok(),

@@ -203,7 +203,7 @@ impl JointMotion {
         match self {
             Self::Hinge { range, .. } | Self::Slider { range, .. } => std::slice::from_ref(range),
             Self::Euler { ranges, .. } => ranges,
-            _ => &[],
+            Self::Fixed | Self::Ball { .. } | Self::Free { .. } => &[],
         }
     }
 
@@ -212,7 +212,7 @@ impl JointMotion {
     pub fn cone(&self) -> Option<&Cone> {
         match self {
             Self::Ball { cone } | Self::Free { cone } => cone.as_ref(),
-            _ => None,
+            Self::Fixed | Self::Hinge { .. } | Self::Slider { .. } | Self::Euler { .. } => None,
         }
     }
 
@@ -221,7 +221,7 @@ impl JointMotion {
         match self {
             Self::Ball { cone } => Self::Ball { cone: cone.map(|cone| cone.at_rest(rest)) },
             Self::Free { cone } => Self::Free { cone: cone.map(|cone| cone.at_rest(rest)) },
-            other => other,
+            Self::Fixed | Self::Hinge { .. } | Self::Slider { .. } | Self::Euler { .. } => self,
         }
     }
 

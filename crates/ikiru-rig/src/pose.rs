@@ -157,7 +157,10 @@ impl Pose {
     fn quaternion_slot(&self, joint: JointId) -> Option<usize> {
         match self.rig.get(joint)?.motion {
             JointMotion::Ball { .. } | JointMotion::Free { .. } => Some(self.rig.coords_of(joint).end - 4),
-            _ => None,
+            JointMotion::Fixed
+            | JointMotion::Hinge { .. }
+            | JointMotion::Slider { .. }
+            | JointMotion::Euler { .. } => None,
         }
     }
 
@@ -246,7 +249,10 @@ impl Pose {
         match data.motion {
             JointMotion::Free { .. } => DVec3::from_slice(&self.coords[self.rig.coords_of(joint)]),
             JointMotion::Slider { axis, .. } => axis * self.value(joint).unwrap_or(0.0),
-            _ => DVec3::ZERO,
+            JointMotion::Fixed
+            | JointMotion::Hinge { .. }
+            | JointMotion::Euler { .. }
+            | JointMotion::Ball { .. } => DVec3::ZERO,
         }
     }
 
@@ -453,7 +459,12 @@ pub fn project_joint(motion: &JointMotion, coords: &mut [f64]) -> bool {
     match motion {
         JointMotion::Ball { cone: Some(cone) } => moved |= project_ball(cone, coords),
         JointMotion::Free { cone: Some(cone) } => moved |= project_ball(cone, &mut coords[3..]),
-        _ => {}
+        JointMotion::Ball { cone: None }
+        | JointMotion::Free { cone: None }
+        | JointMotion::Fixed
+        | JointMotion::Hinge { .. }
+        | JointMotion::Slider { .. }
+        | JointMotion::Euler { .. } => {}
     }
     moved
 }

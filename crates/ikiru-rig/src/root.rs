@@ -133,7 +133,12 @@ pub(crate) fn root_of(joints: &[Joint]) -> Result<usize, RigError> {
     let root = root.ok_or_else(|| fail(lowest))?;
     match joints[root].motion {
         JointMotion::Euler { ranges, .. } if !ranges.iter().all(Range::is_unlimited) => Err(fail(root)),
-        _ => Ok(root),
+        JointMotion::Fixed
+        | JointMotion::Hinge { .. }
+        | JointMotion::Slider { .. }
+        | JointMotion::Euler { .. }
+        | JointMotion::Ball { .. }
+        | JointMotion::Free { .. } => Ok(root),
     }
 }
 

@@ -68,7 +68,17 @@ impl Tree {
         let lowest = rig.ids().rev().find(|id| n_below[id.index()] == n_matter);
         let top = lowest.map(|lowest| match (rig.get(lowest).map(|j| j.motion), parent(rig, lowest)) {
             (Some(JointMotion::Hinge { .. } | JointMotion::Slider { .. }), Some(above)) => above,
-            _ => lowest,
+            (Some(JointMotion::Hinge { .. } | JointMotion::Slider { .. }), None)
+            | (
+                Some(
+                    JointMotion::Fixed
+                    | JointMotion::Euler { .. }
+                    | JointMotion::Ball { .. }
+                    | JointMotion::Free { .. },
+                )
+                | None,
+                _,
+            ) => lowest,
         });
         let mut is_written = vec![false; rig.n_joints()];
         for id in rig.ids() {

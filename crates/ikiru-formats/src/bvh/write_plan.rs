@@ -185,7 +185,11 @@ impl JointPlan {
         let Some(joint) = rig.get(id) else { return Self::FIXED };
         let order = match joint.motion {
             JointMotion::Euler { order, .. } => order,
-            _ => DEFAULT_ORDER,
+            JointMotion::Fixed
+            | JointMotion::Hinge { .. }
+            | JointMotion::Slider { .. }
+            | JointMotion::Ball { .. }
+            | JointMotion::Free { .. } => DEFAULT_ORDER,
         };
         let translates = matches!(joint.motion, JointMotion::Free { .. } | JointMotion::Slider { .. });
         let all = |with_positions| Channels::complete(order, with_positions);
@@ -216,21 +220,21 @@ impl JointPlan {
         let position = translation + rotation * pose.translation(id);
         let is_turned = is_turned(rotation);
         let value = pose.value(id).unwrap_or_default();
-        let angles = match (joint.motion, hinge_axis(&joint.motion)) {
+        let angles = if let JointMotion::Euler { order, .. } = joint.motion
+            && !is_turned
+            && order == self.order
+        {
             // Their own angles, which may be more than a turn.
-            (JointMotion::Euler { order, .. }, _) if !is_turned && order == self.order => {
-                pose.euler(id).unwrap_or_default()
-            }
-            (_, Some((axis, sign))) if !is_turned => {
-                let mut angles = [0.0; 3];
-                angles[axis] = sign * value;
-                angles
-            }
-            _ => {
-                let present =
-                    std::array::from_fn(|axis| self.channels.contains(Channel::rotation(axis as u8)));
-                nearest(self.order, (rotation * pose.rotation(id)).normalize(), present, before)
-            }
+            pose.euler(id).unwrap_or_default()
+        } else if let Some((axis, sign)) = hinge_axis(&joint.motion)
+            && !is_turned
+        {
+            let mut angles = [0.0; 3];
+            angles[axis] = sign * value;
+            angles
+        } else {
+            let present = std::array::from_fn(|axis| self.channels.contains(Channel::rotation(axis as u8)));
+            nearest(self.order, (rotation * pose.rotation(id)).normalize(), present, before)
         };
         Local { position: (position / scale).to_array(), angles }
     }

@@ -100,7 +100,13 @@ impl PoseJoint {
             Some(JointMotion::Hinge { .. }) => {
                 angles.angle_deg = self.angle_deg.map(|angle| List(vec![angle]));
             }
-            _ => {}
+            Some(
+                JointMotion::Fixed
+                | JointMotion::Slider { .. }
+                | JointMotion::Ball { .. }
+                | JointMotion::Free { .. },
+            )
+            | None => {}
         }
         angles.offset = self.offset.map(|offset| List(vec![offset]));
         let is_empty = angles.euler_deg.is_none() && angles.angle_deg.is_none() && angles.offset.is_none();

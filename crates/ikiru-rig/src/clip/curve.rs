@@ -113,7 +113,10 @@ fn rotation_dofs(motion: &JointMotion) -> Option<usize> {
     match motion {
         JointMotion::Ball { .. } => Some(0),
         JointMotion::Free { .. } => Some(3),
-        _ => None,
+        JointMotion::Fixed
+        | JointMotion::Hinge { .. }
+        | JointMotion::Slider { .. }
+        | JointMotion::Euler { .. } => None,
     }
 }
 

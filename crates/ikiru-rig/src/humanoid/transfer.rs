@@ -189,6 +189,13 @@ fn set(pose: &mut Pose, id: JointId, rotation: DQuat, before: Option<&Pose>) -> 
             pose.set_value(id, angle - std::f64::consts::TAU * (angle / std::f64::consts::TAU).round())
         }
         (motion, _) if turns_freely(&motion) => pose.set_rotation(id, rotation),
-        _ => Ok(()),
+        (JointMotion::Hinge { .. }, Some(_))
+        | (
+            JointMotion::Fixed
+            | JointMotion::Slider { .. }
+            | JointMotion::Ball { .. }
+            | JointMotion::Free { .. },
+            _,
+        ) => Ok(()),
     }
 }

@@ -60,14 +60,32 @@ impl Objective for KnownRotation {
         let (mut n_turning, mut n_sliding) = (0, 0);
         for (joint, angles) in self.targets() {
             reads.motion(joint)?;
-            match (angles, reads.rig().joints()[joint.index()].motion) {
-                (JointAngles::Value(_), JointMotion::Hinge { .. }) => n_turning += 1,
-                (JointAngles::Value(_), JointMotion::Slider { .. }) => n_sliding += 1,
-                (JointAngles::Euler(_), JointMotion::Euler { .. })
-                | (JointAngles::Rotation(_), JointMotion::Ball { .. } | JointMotion::Free { .. }) => {
-                    n_turning += 3;
+            let motion = reads.rig().joints()[joint.index()].motion;
+            // What its motion takes, by which a misfit is explained too.
+            let (is_fit, n_rows, takes) = match motion {
+                JointMotion::Fixed => (false, 0, "gives an angle to a joint that does not move"),
+                JointMotion::Hinge { .. } | JointMotion::Slider { .. } => {
+                    let takes =
+                        "gives a joint what its motion does not have: a hinge or slider takes one value";
+                    (matches!(angles, JointAngles::Value(_)), 1, takes)
                 }
-                (_, motion) => return Err(Unfit { reason: misfit(&motion), joint: Some(joint) }),
+                JointMotion::Euler { .. } => {
+                    let takes =
+                        "gives a joint what its motion does not have: an Euler joint takes three angles";
+                    (matches!(angles, JointAngles::Euler(_)), 3, takes)
+                }
+                JointMotion::Ball { .. } | JointMotion::Free { .. } => {
+                    let takes = "gives a joint what its motion does not have: a ball and a free joint take a rotation";
+                    (matches!(angles, JointAngles::Rotation(_)), 3, takes)
+                }
+            };
+            if !is_fit {
+                return Err(Unfit { reason: takes, joint: Some(joint) });
+            }
+            if matches!(motion, JointMotion::Slider { .. }) {
+                n_sliding += n_rows;
+            } else {
+                n_turning += n_rows;
             }
         }
         reads.part(Part::separable(n_turning, Unit::Radians))?;
@@ -117,22 +135,6 @@ impl Objective for KnownRotation {
 /// The parts of objectives of joints' own motions: what turns, and what slides.
 pub(super) const TURNING: usize = 0;
 pub(super) const SLIDING: usize = 1;
-
-/// What a joint's motion takes, for one that was given something else.
-fn misfit(motion: &JointMotion) -> &'static str {
-    match motion {
-        JointMotion::Fixed => "gives an angle to a joint that does not move",
-        JointMotion::Hinge { .. } | JointMotion::Slider { .. } => {
-            "gives a joint what its motion does not have: a hinge or slider takes one value"
-        }
-        JointMotion::Euler { .. } => {
-            "gives a joint what its motion does not have: an Euler joint takes three angles"
-        }
-        JointMotion::Ball { .. } | JointMotion::Free { .. } => {
-            "gives a joint what its motion does not have: a ball and a free joint take a rotation"
-        }
-    }
-}
 
 fn short_way(difference: f64, wraps: bool) -> f64 {
     use std::f64::consts::TAU;

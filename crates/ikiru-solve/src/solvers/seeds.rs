@@ -43,7 +43,9 @@ impl Seeds {
                     let q = cone.as_ref().map_or_else(|| uniform_rotation(u), |cone| inside_cone(cone, u));
                     to.copy_from_slice(&q.to_array());
                 }
-                motion => {
+                motion @ (JointMotion::Hinge { .. }
+                | JointMotion::Slider { .. }
+                | JointMotion::Euler { .. }) => {
                     for (i, range) in motion.ranges().iter().enumerate() {
                         to[i] = inside_range(range, start[m.coord + i], unit(m.dof + i), motion);
                     }
