@@ -1,11 +1,12 @@
 //! The paper's cautious Adam over all samples of a trajectory at once.
 
 use crate::layout::Layout;
+use crate::motion::planner::Outcome;
 use crate::motion::problem::MotionProblem;
 use crate::motion::state::MotionState;
 use crate::options::AdamOptions;
 use crate::report::StopReason;
-use crate::solvers::adam::Moments;
+use crate::solvers::adam::{HARD_WEIGHT, Moments};
 use crate::solvers::search::{Bar, Budget};
 
 /// Memory of the method.
@@ -40,14 +41,16 @@ impl MotionAdam {
         cost: f64,
         bar: &Bar,
         budget: &mut Budget,
-    ) -> (f64, StopReason) {
+    ) -> Outcome {
         let n = layout.n_dofs;
-        let (mut best, mut cost) = (cost, cost);
+        let merit = |cost: f64, state: &MotionState| cost + HARD_WEIGHT * state.hard_square;
+        let mut best = Outcome::new(cost, state.violation, StopReason::Converged);
+        let (mut cost, mut least) = (cost, merit(cost, state));
         self.moments.clear();
         self.best.copy_from_slice(&state.coords);
         let n_moving = n * state.is_given.iter().filter(|given| !**given).count();
-        let stop = loop {
-            if bar.is_met(cost) {
+        best.stop = loop {
+            if bar.is_met(cost) && state.holds(layout, motion) {
                 break StopReason::Reached;
             }
             if let Some(stop) = budget.spend(state.sample.memory.failure.is_some()) {
@@ -56,6 +59,7 @@ impl MotionAdam {
             state.linearize(layout, motion);
             self.gradient.copy_from_slice(&state.gradient);
             state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
+            state.guards.add_half_gradient(HARD_WEIGHT, &mut self.gradient);
             for (t, given) in state.is_given.iter().enumerate() {
                 let of_sample = &mut self.gradient[t * n..(t + 1) * n];
                 if *given {
@@ -70,12 +74,14 @@ impl MotionAdam {
             self.from.copy_from_slice(&state.coords);
             state.step(layout, &self.from, &self.delta);
             cost = state.evaluate(layout, motion);
-            if cost < best {
-                best = cost;
+            let now = merit(cost, state);
+            if now < least {
+                least = now;
+                (best.cost, best.violation) = (cost, state.violation);
                 self.best.copy_from_slice(&state.coords);
             }
         };
         state.coords.copy_from_slice(&self.best);
-        (best, stop)
+        best
     }
 }

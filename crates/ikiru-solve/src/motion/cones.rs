@@ -1,21 +1,18 @@
 //! Cones of balls in the step of a motion: an edge that holds a ball back is one row along its normal, at its sample.
 //!
 //! In the tangent space of a ball its cone is a box along axes of its own, which differ from sample to sample, so that what
-//! it holds is no degree of freedom over time. A stiff row does the same: `√W (n·δ − way)`. Where the cost pushes against
-//! the edge of a swing, sliding along it falls back inside: the edge's bend times the push is curvature along
-//! the other two axes (as in `solvers/step.rs`), one row each.
+//! it holds is no degree of freedom over time. A hard row does the same, `n·δ = way`, for as long as its force holds the ball
+//! back. Where the cost pushes against the edge of a swing, sliding along it falls back inside: the edge's bend times the
+//! push is curvature along the other two axes (as in `solvers/step.rs`), one row each.
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::TangentBox;
 
 use crate::layout::Layout;
-use crate::motion::rows::{Block, SampleRows};
+use crate::motion::rows::SampleRows;
 use crate::motion::state::MotionState;
 use crate::motion::step::ON_LIMIT;
 use crate::motion::system::MOST_DIRECT_ROWS;
-
-/// `W`, relative to the largest curvature of the terms: what the row leaves over is cut off.
-const STIFFNESS: f64 = 1e4;
 
 /// A ball with a cone.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +47,15 @@ impl Place {
     }
 }
 
+/// An axis of a place, as a row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeldAxis {
+    place: usize,
+    axis: usize,
+    /// The residual of its row.
+    pub(crate) residual: f64,
+}
+
 /// All balls with cones at all samples that are planned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cones {
@@ -61,14 +67,6 @@ pub(crate) struct Cones {
     /// something is wanted first.
     by_need: Vec<usize>,
     has_room: Vec<bool>,
-    /// For each row, which of the state's it is, or how its residual is.
-    sources: Vec<Source>,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Source {
-    State(usize),
-    Own(f64),
 }
 
 impl Cones {
@@ -87,9 +85,15 @@ impl Cones {
 
     /// Finds the limits at the coordinates of the state, and which of them block for half a gradient. Where the system
     /// is solved iteratively there are none, and cones hold by projection alone.
-    pub(crate) fn begin(&mut self, layout: &Layout, state: &MotionState, gradient: &[f64]) {
+    pub(crate) fn begin(
+        &mut self,
+        layout: &Layout,
+        state: &MotionState,
+        is_iterative: bool,
+        gradient: &[f64],
+    ) {
         self.places.clear();
-        if state.rows.n_rows() > MOST_DIRECT_ROWS {
+        if is_iterative {
             return;
         }
         let (n, nc) = (layout.n_dofs, layout.n_coords);
@@ -124,67 +128,48 @@ impl Cones {
         }
     }
 
-    /// The rows of the state, and those of what is held.
-    pub(crate) fn gather(&mut self, state: &MotionState, stiffness: f64, rows: &mut SampleRows) {
-        rows.clear();
-        self.sources.clear();
-        self.find_room(state);
-        let root = (STIFFNESS * stiffness).sqrt();
-        let (mut blocks, mut places) = (state.rows.blocks.iter().peekable(), self.places.iter().peekable());
-        for sample in 0..state.n_samples {
-            let first = rows.n_rows();
-            while let Some(block) = blocks.next_if(|block| block.sample == sample) {
-                for row in block.first..block.first + block.n_rows {
-                    rows.push_copy(&state.rows, row);
-                    self.sources.push(Source::State(row));
-                }
+    /// Adds the rows of one sample to those that a step is solved over: what is held, and bends. For each, `source` hears
+    /// what it is.
+    pub(crate) fn push_to(&self, sample: usize, rows: &mut SampleRows, mut source: impl FnMut(HeldAxis)) {
+        if !self.has_room[sample] {
+            return;
+        }
+        let first = self.places.partition_point(|place| place.sample < sample);
+        for (idx, place) in self.places.iter().enumerate().skip(first) {
+            if place.sample > sample {
+                break;
             }
-            while let Some(place) = places.next_if(|place| place.sample == sample) {
-                if !self.has_room[sample] {
-                    continue;
+            let ball = self.balls[place.ball];
+            for axis in 0..3 {
+                let (factor, way, compliance) = match place.held[axis] {
+                    Some(way) => (1.0, way, 0.0),
+                    None if axis > 0 && place.bend > 0.0 => (place.bend.sqrt(), 0.0, 1.0),
+                    None => continue,
+                };
+                let normal = place.limits.axes[axis].to_array();
+                rows.push(ball.row, -factor * way, |k| factor * normal[k - ball.dof]);
+                if let Some(last) = rows.compliance.last_mut() {
+                    *last = compliance;
                 }
-                let ball = self.balls[place.ball];
-                for axis in 0..3 {
-                    let (factor, way) = match place.held[axis] {
-                        Some(way) => (root, way),
-                        None if axis > 0 && place.bend > 0.0 => (place.bend.sqrt(), 0.0),
-                        None => continue,
-                    };
-                    let normal = place.limits.axes[axis].to_array();
-                    rows.push(ball.row, -factor * way, |k| factor * normal[k - ball.dof]);
-                    self.sources.push(Source::Own(-factor * way));
-                }
-            }
-            let n_rows = rows.n_rows() - first;
-            if n_rows > 0 {
-                rows.blocks.push(Block { sample, first, n_rows });
+                source(HeldAxis { place: idx, axis, residual: -factor * way });
             }
         }
     }
 
     /// Finds the samples whose rows there is room for.
-    fn find_room(&mut self, state: &MotionState) {
+    pub(crate) fn find_room(&mut self, n_rows: usize, state: &MotionState) {
         let mut needed = vec![0; state.n_samples];
         for place in &self.places {
             let n_held = place.held.iter().filter(|held| held.is_some()).count();
             needed[place.sample] += if place.bend > 0.0 { 3 } else { n_held };
         }
-        let mut room = MOST_DIRECT_ROWS.saturating_sub(state.rows.n_rows());
+        let mut room = MOST_DIRECT_ROWS.saturating_sub(n_rows);
         for &sample in &self.by_need {
             self.has_room[sample] = needed[sample] <= room;
             if self.has_room[sample] {
                 room -= needed[sample];
             }
         }
-    }
-
-    /// The residuals of all rows from those of the state.
-    pub(crate) fn add_residuals(&self, of_state: &[f64], residual: &mut Vec<f64>) {
-        residual.clear();
-        residual.extend(self.sources.iter().map(|source| match source {
-            Source::State(row) => of_state[*row],
-            Source::Own(residual) => *residual,
-        }));
     }
 
     /// Holds what a step takes across a limit at that limit; says whether there was something.
@@ -200,6 +185,19 @@ impl Cones {
             }
         }
         crossed
+    }
+
+    /// Lets go of an axis whose multiplier says that its limit would have to pull; says whether it was so.
+    pub(crate) fn let_go(&mut self, held: HeldAxis, multiplier: f64) -> bool {
+        let place = &mut self.places[held.place];
+        let (down, up) = place.limits.room[held.axis];
+        let Some(way) = place.held[held.axis] else { return false };
+        let is_above = up - way < way - down;
+        let pulls = up - down > ON_LIMIT && if is_above { multiplier < 0.0 } else { multiplier > 0.0 };
+        if pulls {
+            (place.held[held.axis], place.blocked[held.axis]) = (None, false);
+        }
+        pulls
     }
 
     /// Cuts off what is still beyond a limit.

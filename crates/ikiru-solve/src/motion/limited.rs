@@ -5,7 +5,7 @@ use ikiru_rig::{Clip, RateExcess, RateLimit, difference_joint};
 use crate::motion::lm::FIRST_DAMPING;
 use crate::motion::planner::{Outcome, Run};
 use crate::report::StopReason;
-use crate::solvers::search::Bar;
+use crate::solvers::search::{Bar, HELD};
 
 /// The first weight of what is beyond a limit is the cost of the motion as if there were none, but at least this part of
 /// the guess's: soft enough that steps see limits come.
@@ -77,7 +77,7 @@ impl Run<'_> {
         let mut damping = FIRST_DAMPING;
         let (mut worst, mut before) = (f64::INFINITY, f64::INFINITY);
         // The cheapest motion that was seen to keep all limits.
-        let mut kept: Option<(f64, Vec<f64>)> = None;
+        let mut kept: Option<((f64, f64), Vec<f64>)> = None;
         for _ in 0..MOST_ROUNDS {
             let cost = self.state.evaluate(&self.layout, self.motion);
             self.budget.next_start();
@@ -92,8 +92,10 @@ impl Run<'_> {
             }
             if now <= SLACK {
                 let exceeded = self.exceeded_now();
-                if exceeded.is_empty() && kept.as_ref().is_none_or(|(cost, _)| plain < *cost) {
-                    kept = Some((plain, self.state.coords.clone()));
+                // What is hard comes first.
+                let rank = (self.state.violation.max(HELD), plain);
+                if exceeded.is_empty() && kept.as_ref().is_none_or(|(least, _)| rank < *least) {
+                    kept = Some((rank, self.state.coords.clone()));
                 }
                 if exceeded.is_empty() && (plain - before).abs() <= LEAST_CHANGE * plain {
                     break;
@@ -122,7 +124,8 @@ impl Run<'_> {
     fn end_limited(&mut self, keeps: bool, stop: StopReason, is_rate_bound: bool) -> Outcome {
         let cost = self.state.evaluate(&self.layout, self.motion);
         let cost = if keeps { cost } else { f64::INFINITY };
-        Outcome { cost, stop, is_rate_bound, keeps_rates: keeps }
+        let violation = self.state.violation;
+        Outcome { cost, violation, stop, is_rate_bound, keeps_rates: keeps }
     }
 
     /// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates: the straight

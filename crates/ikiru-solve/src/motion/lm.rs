@@ -3,6 +3,7 @@
 
 use crate::motion::planner::{MotionWorkspace, Outcome, Run};
 use crate::report::StopReason;
+use crate::solvers::lm::{Hard, POOR as POOR_FORCES};
 use crate::solvers::search::Bar;
 
 /// First damping, relative to the largest curvature along one degree of freedom.
@@ -49,7 +50,7 @@ impl Run<'_> {
         self.state.spacing.weight = weight;
         let cost = self.state.evaluate(&self.layout, self.motion);
         if first.stop.is_final() {
-            return Outcome::new(cost, first.stop);
+            return Outcome::new(cost, self.state.violation, first.stop);
         }
         self.budget.next_start();
         self.run_lm(cost, bar, LEAST_GAIN)
@@ -64,19 +65,21 @@ impl Run<'_> {
     /// The same with the damping to begin with, relative to the largest curvature; the last one is left in it.
     pub(super) fn run_lm_from(&mut self, cost: f64, bar: &Bar, least_gain: f64, last: &mut f64) -> Outcome {
         let (layout, motion, state) = (&self.layout, self.motion, &mut self.state);
-        let MotionWorkspace { step, accepted, first_try, residual, .. } = &mut *self.workspace;
-        let first = cost;
-        let mut cost = cost;
+        let MotionWorkspace { step, accepted, first_try, residual, guards, .. } = &mut *self.workspace;
+        let (first, mut cost) = (cost, cost);
         let (mut damping, mut scale) = (0.0, 0.0);
         let mut patience = bar.patience(cost);
         let mut slow = 0;
+        let mut hard = Hard::new(state.violation);
+        step.acting.forget();
         'accepted: loop {
-            if bar.is_met(cost) {
-                return Outcome::new(cost, StopReason::Reached);
+            if bar.is_met(cost) && state.holds(layout, motion) {
+                return Outcome::new(cost, hard.violation, StopReason::Reached);
             }
             state.linearize(layout, motion);
-            if step.begin(layout, state) == 0.0 {
-                return Outcome::new(cost, StopReason::Converged);
+            let has_forces = !state.guards.is_empty();
+            if step.begin(layout, state) == 0.0 && !has_forces {
+                return Outcome::new(cost, 0.0, StopReason::Converged);
             }
             if damping == 0.0 {
                 scale = step.scale(state);
@@ -87,22 +90,26 @@ impl Run<'_> {
             loop {
                 if let Some(stop) = self.budget.spend(state.sample.memory.failure.is_some()) {
                     state.coords.copy_from_slice(accepted);
-                    return Outcome::new(cost, stop);
+                    return Outcome::new(cost, hard.violation, stop);
                 }
                 if damping > MOST_DAMPING * scale {
                     state.coords.copy_from_slice(accepted);
-                    return Outcome::new(cost, StopReason::NoProgress);
+                    return Outcome::new(cost, hard.violation, StopReason::NoProgress);
                 }
                 let least = if step.is_iterative(state) { LEAST_DAMPING_ITERATIVE } else { LEAST_DAMPING };
-                let damping_now = (damping * (cost / first).sqrt()).max(least * scale);
+                let damping_now = (damping * (cost / first).sqrt().min(1.0)).max(least * scale);
                 *last = damping_now / scale;
+                step.acting.aim(&state.guards, hard.share);
                 if !step.solve(layout, state, damping_now) {
                     damping *= 10.0;
                     continue;
                 }
-                let promised = cost - step.predicted_cost(state);
+                let (promised_cost, promised_violation) = step.predicted(state);
+                hard.weigh(step.acting.largest_hard(&state.guards));
+                let merit = hard.merit(cost, hard.violation);
+                let promised = merit - hard.merit(promised_cost, promised_violation);
                 let longest = step.delta.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
-                let gain = promised.abs() / cost;
+                let gain = promised.abs() / merit;
                 let (least, little, n_slow) = if step.is_iterative(state) {
                     (LEAST_GAIN_ITERATIVE.max(least_gain), LEAST_GAIN_WITHIN, SLOW_STEPS[0])
                 } else {
@@ -112,27 +119,31 @@ impl Run<'_> {
                 let is_done = gain < least || (slow >= n_slow && state.is_satisfied(layout, motion));
                 if longest < LEAST_STEP || is_done {
                     state.coords.copy_from_slice(accepted);
-                    return Outcome::new(cost, StopReason::Converged);
+                    return Outcome::new(cost, hard.violation, StopReason::Converged);
                 }
                 state.step(layout, accepted, &step.delta);
                 let mut trial = state.evaluate(layout, motion);
-                if cost - trial < POOR * promised && !state.rows.blocks.is_empty() {
+                let gained = merit - hard.merit(trial, state.violation);
+                let is_poor = gained < if has_forces { POOR_FORCES } else { POOR } * promised;
+                if is_poor && (has_forces || !state.rows.blocks.is_empty()) {
                     // Residuals bend away from their linear model: one more solve follows the bend.
-                    state.scaled_residuals(layout, motion, residual);
+                    let before = hard.merit(trial, state.violation);
+                    state.scaled_residuals(layout, motion, residual, guards);
                     first_try.copy_from_slice(&state.coords);
                     step.subtract_model(state, residual);
-                    step.correct(layout, state, damping_now, residual);
+                    step.correct(layout, state, damping_now, residual, guards);
                     state.step(layout, accepted, &step.delta);
                     let corrected = state.evaluate(layout, motion);
-                    if corrected < trial {
+                    if hard.merit(corrected, state.violation) < before {
                         trial = corrected;
                     } else {
                         state.coords.copy_from_slice(first_try);
                         trial = state.evaluate(layout, motion);
                     }
                 }
-                if trial < cost {
-                    let ratio = (cost - trial) / promised.max(1e-300);
+                let trial_merit = hard.merit(trial, state.violation);
+                if trial_merit < merit {
+                    let ratio = (merit - trial_merit) / promised.max(1e-300);
                     damping *= if ratio > 0.75 {
                         0.5
                     } else if ratio < 0.25 {
@@ -141,14 +152,16 @@ impl Run<'_> {
                         0.8
                     };
                     cost = trial;
-                    if patience.is_over(cost) {
-                        return Outcome::new(cost, StopReason::NoProgress);
+                    hard.accept(state.violation);
+                    if patience.is_over(hard.merit(cost, hard.violation)) {
+                        return Outcome::new(cost, hard.violation, StopReason::NoProgress);
                     }
                     continue 'accepted;
                 }
                 state.coords.copy_from_slice(accepted);
                 damping *= growth;
                 growth *= 2.0;
+                hard.share *= 0.5;
             }
         }
     }

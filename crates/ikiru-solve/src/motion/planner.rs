@@ -11,7 +11,7 @@ use crate::motion::step::MotionStep;
 use crate::options::{Method, Search};
 use crate::report::{Invalid, StopReason};
 use crate::solver::Solver;
-use crate::solvers::search::{Bar, Budget};
+use crate::solvers::search::{Bar, Budget, HELD};
 use crate::solvers::seeds::Seeds;
 
 /// How many starts are looked at for each restart; the cheapest is taken.
@@ -38,6 +38,7 @@ pub struct MotionWorkspace {
     pub(super) accepted: Vec<f64>,
     pub(super) first_try: Vec<f64>,
     pub(super) residual: Vec<f64>,
+    pub(super) guards: Vec<f64>,
     pub(super) start: Vec<f64>,
     best: Vec<f64>,
 }
@@ -47,6 +48,8 @@ pub struct MotionWorkspace {
 pub(super) struct Outcome {
     /// Of the motion, without limits on rates; infinite where those do not hold.
     pub(super) cost: f64,
+    /// By how much hard rows are missed.
+    pub(super) violation: f64,
     pub(super) stop: StopReason,
     /// Whether all that is wanted was met as if nothing limited rates: another start hardly helps then.
     pub(super) is_rate_bound: bool,
@@ -55,8 +58,17 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
-    pub(super) fn new(cost: f64, stop: StopReason) -> Self {
-        Self { cost, stop, is_rate_bound: false, keeps_rates: false }
+    pub(super) fn new(cost: f64, violation: f64, stop: StopReason) -> Self {
+        Self { cost, violation, stop, is_rate_bound: false, keeps_rates: false }
+    }
+
+    /// Whether it is better than another one: limits on rates come first, then what is hard.
+    fn is_better(&self, other: &Self) -> bool {
+        let (own, others) = (self.violation.max(HELD), other.violation.max(HELD));
+        match (self.cost.is_finite(), other.cost.is_finite()) {
+            (true, true) if own != others => own < others,
+            _ => self.cost < other.cost,
+        }
     }
 }
 
@@ -125,10 +137,6 @@ impl<'a> Run<'a> {
         }
         let unfit = |(term, unfit)| Invalid::Term(term, unfit);
         motion.check().map_err(unfit)?;
-        if let Some(term) = motion.terms().terms().iter().position(|term| term.hard) {
-            let reason = "is hard, which motions do not know yet: give it a weight instead";
-            return Err(Invalid::Term(term, reason.into()));
-        }
         let budget = Budget::new(solver.options());
         let layout = Layout::with(motion.terms(), &motion.led()).map_err(unfit)?;
         let mut state = MotionState::new(&layout, motion);
@@ -165,7 +173,7 @@ impl<'a> Run<'a> {
     fn plan(&mut self) -> PlannedMotion {
         self.settled_cost = self.state.settled_cost(&self.layout, self.motion);
         let cost = self.state.evaluate(&self.layout, self.motion);
-        if !(cost + self.settled_cost).is_finite() {
+        if !(cost + self.settled_cost + self.state.violation).is_finite() {
             let invalid = match self.state.not_finite(&self.layout, self.motion) {
                 Some(term) => {
                     Invalid::Term(term, "gives a residual that is not finite at one of its samples".into())
@@ -190,7 +198,7 @@ impl<'a> Run<'a> {
         let (smoothness, spacing) = (self.state.smoothness_cost, self.state.spacing_cost);
         let mut terms = report_terms(&self.layout, self.motion, &mut self.state);
         let within = match self.solver.options().cost_below {
-            Some(bar) => cost < bar,
+            Some(bar) => cost < bar && terms.iter().all(|t| t.satisfied || !t.hard),
             None => terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
         let mut clip = self.clip();
@@ -262,11 +270,11 @@ impl<'a> Run<'a> {
         let max_restarts = if best.is_rate_bound { max_restarts.min(MOST_RATE_BOUND) } else { max_restarts };
         while !success && restarts < max_restarts && !best.stop.is_final() {
             self.budget.next_start();
-            let cost = self.screen(&seeds, restarts);
+            let cost = self.screen(&seeds, bar.largest_weight, restarts);
             restarts += 1;
             let outcome = self.run_once(cost, &bar);
             success = self.succeeded(&outcome);
-            if success || outcome.cost < best.cost {
+            if success || outcome.is_better(&best) {
                 best = outcome;
                 self.workspace.best.copy_from_slice(&self.state.coords);
             } else if outcome.stop.is_final() {
@@ -280,7 +288,7 @@ impl<'a> Run<'a> {
             bar.impatient = false;
             self.budget.next_start();
             let again = self.run_once(cost, &bar);
-            if again.cost <= best.cost {
+            if !best.is_better(&again) {
                 best = again;
             } else {
                 self.state.coords.copy_from_slice(&self.workspace.best);
@@ -296,18 +304,18 @@ impl<'a> Run<'a> {
 
     pub(super) fn succeeded(&mut self, outcome: &Outcome) -> bool {
         match self.cost_below() {
-            Some(bar) => outcome.cost < bar,
+            Some(bar) => outcome.cost < bar && self.state.holds(&self.layout, self.motion),
             None => outcome.cost.is_finite() && self.state.is_satisfied(&self.layout, self.motion),
         }
     }
 
     /// Looks at some other motions, each through other poses at the keys and straight in between, and leaves the
     /// cheapest in the state, evaluated.
-    fn screen(&mut self, seeds: &Seeds, restart: usize) -> f64 {
+    fn screen(&mut self, seeds: &Seeds, largest_weight: f64, restart: usize) -> f64 {
         let mut best = (f64::INFINITY, 0);
         for i in 0..SCREENED {
             self.seed(seeds, restart * SCREENED + i);
-            let cost = self.state.evaluate(&self.layout, self.motion);
+            let cost = self.state.evaluate(&self.layout, self.motion) + largest_weight * self.state.violation;
             if cost < best.0 || i == 0 {
                 best = (cost, i);
             }
@@ -358,16 +366,7 @@ impl<'a> Run<'a> {
         match &self.solver.options().method {
             Method::Adam(options) => {
                 let adam = &mut self.workspace.adam;
-                let (cost, stop) = adam.run(
-                    options,
-                    &self.layout,
-                    self.motion,
-                    &mut self.state,
-                    cost,
-                    bar,
-                    &mut self.budget,
-                );
-                Outcome::new(cost, stop)
+                adam.run(options, &self.layout, self.motion, &mut self.state, cost, bar, &mut self.budget)
             }
             _ if self.holds_rates() => self.run_limited(cost, bar),
             _ => self.run_unlimited(cost, bar),

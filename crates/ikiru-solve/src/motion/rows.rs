@@ -33,6 +33,8 @@ pub(crate) struct SampleRows {
     pub(crate) parts: Vec<RowPart>,
     /// Scaled residuals.
     pub(crate) residual: Vec<f64>,
+    /// How much each row gives way to its force: 1 for a wish that is scaled by its weight, 0 for what is hard.
+    pub(crate) compliance: Vec<f64>,
     /// Row by row, by those degrees of freedom of the row's own sample that move it.
     jacobian: Vec<f64>,
     /// Which row of the layout each row is, and where its entries begin.
@@ -76,13 +78,32 @@ impl SampleRows {
         let (of_layout, at) = other.of_layout[row];
         let n: usize = other.support[of_layout].iter().map(Range::len).sum();
         self.residual.push(other.residual[row]);
+        self.compliance.push(other.compliance[row]);
         self.of_layout.push((of_layout, self.jacobian.len()));
         self.jacobian.extend_from_slice(&other.jacobian[at..at + n]);
+    }
+
+    /// The same with another residual, its derivative scaled, of another compliance.
+    pub(crate) fn push_scaled(
+        &mut self,
+        other: &Self,
+        row: usize,
+        residual: f64,
+        scale: f64,
+        compliance: f64,
+    ) {
+        let (of_layout, at) = other.of_layout[row];
+        let n: usize = other.support[of_layout].iter().map(Range::len).sum();
+        self.residual.push(residual);
+        self.compliance.push(compliance);
+        self.of_layout.push((of_layout, self.jacobian.len()));
+        self.jacobian.extend(other.jacobian[at..at + n].iter().map(|entry| scale * entry));
     }
 
     /// Adds a row: number `of_layout` of a layout, its scaled residual, and its derivative by a degree of freedom.
     pub(crate) fn push(&mut self, of_layout: usize, residual: f64, derivative: impl Fn(usize) -> f64) {
         self.residual.push(residual);
+        self.compliance.push(1.0);
         self.of_layout.push((of_layout, self.jacobian.len()));
         self.jacobian.extend(self.support[of_layout].iter().cloned().flatten().map(derivative));
     }
@@ -92,6 +113,7 @@ impl SampleRows {
         self.blocks.clear();
         self.parts.clear();
         self.residual.clear();
+        self.compliance.clear();
         self.jacobian.clear();
     }
 

@@ -3,6 +3,7 @@
 use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
 
 use crate::layout::{Layout, PartLayout, Place, TermLayout};
+use crate::motion::guards::Guards;
 use crate::motion::problem::MotionProblem;
 use crate::motion::rate_bounds::RateBounds;
 use crate::motion::rows::{Block, RowPart, SampleRows};
@@ -11,6 +12,7 @@ use crate::motion::smoothness::Smoothness;
 use crate::motion::spacing::Spacing;
 use crate::problem::Terms;
 use crate::state::State;
+use crate::term::Term;
 
 /// Everything that changes while a motion is solved.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +29,12 @@ pub(crate) struct MotionState {
     /// Samples at which terms would hold that are switched off.
     off: Vec<usize>,
     pub(crate) rows: SampleRows,
+    /// Rows with a force of their own.
+    pub(crate) guards: Guards,
+    /// By how much hard rows are missed, summed up over all samples (metres, radians).
+    pub(crate) violation: f64,
+    /// The squares of what they miss.
+    pub(crate) hard_square: f64,
     /// Half the gradient of the joint rows, of smoothness, spacing and limits on rates, by the tangents of all samples.
     pub(crate) gradient: Vec<f64>,
     /// The curvature of the joint rows.
@@ -64,6 +72,9 @@ impl MotionState {
             settled: settled.collect(),
             off: off.collect(),
             rows: SampleRows::new(layout),
+            guards: Guards::new(layout),
+            violation: 0.0,
+            hard_square: 0.0,
             gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             cost_beside_rows: 0.0,
@@ -185,8 +196,13 @@ impl MotionState {
     /// they are [on](RateBounds::begin); infinite where it is not a number.
     pub(crate) fn evaluate(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
         let mut cost = 0.0;
+        (self.violation, self.hard_square) = (0.0, 0.0);
         for i in 0..self.keyed.len() {
             cost += self.evaluate_sample(layout, motion, self.keyed[i]);
+            if layout.n_force_rows > 0 {
+                self.violation += self.sample.violation;
+                self.hard_square += self.sample.hard_square(layout, &motion.wanted_at(self.keyed[i]));
+            }
         }
         self.smoothness_cost = self.smoothness.cost(layout, &self.coords);
         cost += self.smoothness_cost.iter().sum::<f64>();
@@ -200,6 +216,7 @@ impl MotionState {
     pub(crate) fn linearize(&mut self, layout: &Layout, motion: &MotionProblem) {
         let n = layout.n_dofs;
         self.rows.clear();
+        self.guards.clear();
         self.gradient.fill(0.0);
         self.curvature.fill(0.0);
         self.cost_beside_rows = self.smoothness_cost.iter().sum();
@@ -230,34 +247,33 @@ impl MotionState {
 
     /// Copies the rows of the sample that was linearized.
     fn push_rows(&mut self, layout: &Layout, terms: &impl Terms, t: usize) {
-        let first_of_sample = self.rows.n_rows();
+        let (first_of_sample, first_guard) = (self.rows.n_rows(), self.guards.rows.n_rows());
         for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
             let (weight, loss) = (terms.term(term.term).weight, terms.term(term.term).loss);
-            if term.has_potential {
+            if term.has_potential && !term.is_hard {
                 self.cost_beside_rows += weight * self.sample.values[term.term];
             }
             for part in term.parts.clone() {
                 let scale = self.sample.weights[part];
-                let PartLayout { n_rows, row, place, sense, .. } = layout.parts[part];
-                if let Place::Own { .. } = place {
-                    self.cost_beside_rows += weight * loss.cost(self.sample.squares[part]);
-                    continue;
+                let PartLayout { n_rows, row, place, .. } = layout.parts[part];
+                match place {
+                    Place::Step => {}
+                    Place::Force { .. } => {
+                        self.guards.push(layout, &self.sample, term, terms.term(term.term), part);
+                        continue;
+                    }
+                    Place::Own { .. } => {
+                        self.cost_beside_rows += weight * loss.cost(self.sample.squares[part]);
+                        continue;
+                    }
                 }
                 let first = self.rows.n_rows();
                 self.rows.parts.push(RowPart { first, n_rows, term_weight: weight, loss, weight: scale });
                 for r in row..row + n_rows {
-                    let Place::Force { first: force } = place else {
-                        self.rows.push(r, self.sample.scaled[r], |k| {
-                            let span = &layout.spans[k];
-                            self.sample.jacobian[span.start + r - span.first]
-                        });
-                        continue;
-                    };
-                    // What is kept pulls at nothing.
-                    let missing = sense.missing(self.sample.residual[r]);
-                    let scale = if missing == 0.0 { 0.0 } else { scale.sqrt() };
-                    let entries = &self.sample.force_jacobian[(force + r - row) * layout.n_dofs..];
-                    self.rows.push(r, scale * missing, |k| scale * entries[k]);
+                    self.rows.push(r, self.sample.scaled[r], |k| {
+                        let span = &layout.spans[k];
+                        self.sample.jacobian[span.start + r - span.first]
+                    });
                 }
             }
         }
@@ -265,16 +281,23 @@ impl MotionState {
         if n_rows > 0 {
             self.rows.blocks.push(Block { sample: t, first: first_of_sample, n_rows });
         }
+        let n_guards = self.guards.rows.n_rows() - first_guard;
+        if n_guards > 0 {
+            self.guards.rows.blocks.push(Block { sample: t, first: first_guard, n_rows: n_guards });
+        }
     }
 
-    /// The residuals at the current coordinates, scaled as the rows of the last linearization are.
+    /// The residuals at the current coordinates, scaled as the rows of the last linearization are, and those of rows
+    /// with a force as they are.
     pub(crate) fn scaled_residuals(
         &mut self,
         layout: &Layout,
         motion: &MotionProblem,
         residual: &mut Vec<f64>,
+        guards: &mut Vec<f64>,
     ) {
         residual.clear();
+        guards.clear();
         let mut part_idx = 0;
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
@@ -283,12 +306,17 @@ impl MotionState {
             }
             let terms = motion.wanted_at(t);
             for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
-                let parts = layout.parts[term.parts.clone()].iter();
-                for part in parts.filter(|part| !matches!(part.place, Place::Own { .. })) {
-                    let scale = self.rows.parts[part_idx].weight.sqrt();
+                for part in &layout.parts[term.parts.clone()] {
                     let rows = &self.sample.residual[part.row..part.row + part.n_rows];
-                    residual.extend(rows.iter().map(|r| part.sense.missing(*r) * scale));
-                    part_idx += 1;
+                    match part.place {
+                        Place::Own { .. } => {}
+                        Place::Force { .. } => guards.extend_from_slice(rows),
+                        Place::Step => {
+                            let scale = self.rows.parts[part_idx].weight.sqrt();
+                            residual.extend(rows.iter().map(|r| r * scale));
+                            part_idx += 1;
+                        }
+                    }
                 }
             }
         }
@@ -336,11 +364,24 @@ impl MotionState {
         self.evaluated = None;
     }
 
+    /// Whether every hard term is within its tolerance at each of the samples of which it wants something.
+    pub(crate) fn holds(&mut self, layout: &Layout, motion: &MotionProblem) -> bool {
+        if layout.n_force_rows == 0 {
+            return true;
+        }
+        let mut unmet = None;
+        self.visit_wanted(layout, motion, |sample, terms, _| {
+            unmet = unmet_at(layout, motion, sample, terms, |term| term.hard);
+            unmet.is_none()
+        });
+        unmet.is_none()
+    }
+
     /// Whether every mandatory term is within its tolerance at each of the samples of which it wants something.
     pub(crate) fn is_satisfied(&mut self, layout: &Layout, motion: &MotionProblem) -> bool {
         let mut unmet = None;
         self.visit_wanted(layout, motion, |sample, terms, _| {
-            unmet = unmet_at(layout, motion, sample, terms);
+            unmet = unmet_at(layout, motion, sample, terms, Term::counts);
             unmet.is_none()
         });
         unmet.is_none()
@@ -350,7 +391,7 @@ impl MotionState {
     pub(crate) fn conflict(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
         let mut unmet = None;
         self.visit_settled(layout, motion, |sample, terms, _| {
-            unmet = unmet_at(layout, motion, sample, terms);
+            unmet = unmet_at(layout, motion, sample, terms, Term::counts);
             unmet.is_none()
         });
         unmet
@@ -371,17 +412,18 @@ impl MotionState {
     }
 }
 
-/// The first mandatory term of one sample that is not within its tolerance there.
+/// The first term of one sample that counts and is not within its tolerance there.
 fn unmet_at(
     layout: &Layout,
     motion: &MotionProblem,
     sample: &State,
     terms: &SampleTerms<'_>,
+    counts: impl Fn(&Term) -> bool,
 ) -> Option<usize> {
     let mut on = layout.terms.iter().filter(|t| terms.is_on(t.term));
     let unmet = on.find(|t| {
         let data = &motion.terms().terms()[t.term];
-        data.counts() && !sample.is_within(layout, t, &data.tolerance)
+        counts(data) && !sample.is_within(layout, t, &data.tolerance)
     });
     unmet.map(|t| t.term)
 }
@@ -400,6 +442,7 @@ mod tests {
             case.state.linearize(layout, motion);
             let mut gradient = case.state.gradient.clone();
             case.state.rows.add_transposed(&case.state.rows.residual, &mut gradient);
+            case.state.guards.add_half_gradient(0.0, &mut gradient);
             let (n, nc, h) = (layout.n_dofs, layout.n_coords, 1e-6);
             let start = case.state.coords.clone();
             for t in 0..case.state.n_samples {
@@ -450,7 +493,7 @@ mod tests {
                 }
                 case.state.evaluate(layout, motion);
                 let mut residual = Vec::new();
-                case.state.scaled_residuals(layout, motion, &mut residual);
+                case.state.scaled_residuals(layout, motion, &mut residual, &mut Vec::new());
                 residual
             };
             let (ahead, behind) = (residual_at(1.0), residual_at(-1.0));

@@ -2,15 +2,17 @@
 //! would take beyond a limit held at it.
 
 use crate::layout::Layout;
-use crate::motion::cones::Cones;
-use crate::motion::rows::SampleRows;
+use crate::motion::cones::{Cones, HeldAxis};
+use crate::motion::guards::Acting;
+use crate::motion::rows::{Block, SampleRows};
 use crate::motion::state::MotionState;
 use crate::motion::system::{MOST_DIRECT_ROWS, System};
 
 /// How near to a limit counts as on it, in radians or metres.
 pub(crate) const ON_LIMIT: f64 = 1e-9;
-/// Rounds of finding limits that a step would cross, holding those and solving again.
+/// Rounds of finding limits that a step would cross, holding those and solving again; and the same where rows have forces.
 const MOST_ROUNDS: usize = 4;
+const MOST_ROUNDS_OF_FORCES: usize = 12;
 
 /// Memory of the step, and the step itself in `delta`, sample by sample.
 #[derive(Clone, Debug, Default)]
@@ -18,19 +20,30 @@ pub(crate) struct MotionStep {
     n_samples: usize,
     n_dofs: usize,
     system: System,
-    /// Half the gradient of the whole cost.
+    /// Half the gradient of the whole cost, less what forces do that are known from the step before.
     pub(crate) gradient: Vec<f64>,
     /// What may move in this iteration, and what is still to be solved for in the current round.
     free: Vec<bool>,
     open: Vec<bool>,
     cones: Cones,
+    /// Which rows with a force act.
+    pub(crate) acting: Acting,
     pub(crate) delta: Vec<f64>,
-    /// The rows of the state, and those of cones.
+    /// The rows of the state, those of what acts, and those of cones; and what each of them is.
     rows: SampleRows,
-    /// The largest curvature of the linearization, which rows of cones are stiff beside.
-    stiffness: f64,
+    sources: Vec<Source>,
     residual: Vec<f64>,
     y: Vec<f64>,
+    /// Degrees of freedom that a range would have to pull at.
+    pulled: Vec<usize>,
+}
+
+/// What a row is that a step is solved over.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    State(usize),
+    Guard(usize),
+    Cone(HeldAxis),
 }
 
 impl MotionStep {
@@ -57,8 +70,12 @@ impl MotionStep {
         let (n, nc) = (self.n_dofs, layout.n_coords);
         self.gradient.copy_from_slice(&state.gradient);
         state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
-        self.cones.begin(layout, state, &self.gradient);
-        self.stiffness = self.scale(state);
+        let is_iterative = self.is_iterative(state);
+        if !state.guards.is_empty() {
+            self.acting.begin(&state.guards, is_iterative, self.scale(state));
+            self.acting.balance(&state.guards, &mut self.gradient);
+        }
+        self.cones.begin(layout, state, is_iterative, &self.gradient);
         let mut largest = 0.0_f64;
         for t in 0..self.n_samples {
             for k in 0..n {
@@ -83,7 +100,7 @@ impl MotionStep {
 
     /// Whether there are too many rows to solve over.
     pub(crate) fn is_iterative(&self, state: &MotionState) -> bool {
-        state.rows.n_rows() > MOST_DIRECT_ROWS
+        state.rows.n_rows() + state.guards.rows.n_rows() > MOST_DIRECT_ROWS
     }
 
     /// Computes `delta` for a damping. False where the system cannot be solved with so little damping.
@@ -91,51 +108,156 @@ impl MotionStep {
         self.open.copy_from_slice(&self.free);
         self.delta.fill(0.0);
         self.cones.open();
+        self.acting.open(&state.guards);
+        let has_forces = !state.guards.is_empty();
+        let most_rounds = if has_forces { MOST_ROUNDS_OF_FORCES } else { MOST_ROUNDS };
         let mut is_held = false;
-        for round in 0..MOST_ROUNDS {
-            let rows = if self.cones.is_idle() {
-                &state.rows
-            } else {
-                self.cones.gather(state, self.stiffness, &mut self.rows);
-                &self.rows
-            };
+        for round in 0..most_rounds {
+            self.gather(state);
+            let rows = if self.is_plain(state) { &state.rows } else { &self.rows };
             if !self.system.factor(state, rows, &self.open, damping) {
                 return false;
             }
             self.solve_factored(state, damping, &state.rows.residual);
-            if round + 1 == MOST_ROUNDS {
+            if round + 1 == most_rounds {
                 break;
             }
+            // What is let go of may be crossed again: only in the first rounds, so that this ends.
+            let may_let_go = 2 * round < most_rounds;
+            self.pulled.clear();
+            if may_let_go && has_forces {
+                self.find_pulled(layout, state, damping);
+            }
             let ranges = self.hold_crossed(layout, state);
-            if !self.cones.hold_crossed(&self.delta) && !ranges {
+            let rows = has_forces && self.acting.exchange(&state.guards, &self.delta);
+            let cones = self.cones.hold_crossed(&self.delta);
+            let let_go = may_let_go && self.let_go(state);
+            if !let_go && !ranges && !cones && !rows {
                 break;
             }
             is_held = true;
         }
         self.clamp(layout, state);
-        if is_held {
+        if is_held && !has_forces {
             self.shorten(state);
         }
         true
     }
 
+    /// Whether the rows of the state are all that a step is solved over.
+    fn is_plain(&self, state: &MotionState) -> bool {
+        self.cones.is_idle() && state.guards.is_empty()
+    }
+
+    /// Gathers the rows of the state, those that act, and those of cones that hold, sample by sample.
+    fn gather(&mut self, state: &MotionState) {
+        if self.is_plain(state) {
+            return;
+        }
+        let (rows, sources) = (&mut self.rows, &mut self.sources);
+        rows.clear();
+        sources.clear();
+        self.cones.find_room(state.rows.n_rows() + state.guards.rows.n_rows(), state);
+        let mut blocks = state.rows.blocks.iter().peekable();
+        let mut guards = state.guards.rows.blocks.iter().peekable();
+        for sample in 0..state.n_samples {
+            let first = rows.n_rows();
+            while let Some(block) = blocks.next_if(|block| block.sample == sample) {
+                for row in block.first..block.first + block.n_rows {
+                    rows.push_copy(&state.rows, row);
+                    sources.push(Source::State(row));
+                }
+            }
+            while let Some(block) = guards.next_if(|block| block.sample == sample) {
+                for row in (block.first..block.first + block.n_rows).filter(|row| self.acting.acts(*row)) {
+                    self.acting.push_to(&state.guards, row, rows);
+                    sources.push(Source::Guard(row));
+                }
+            }
+            self.cones.push_to(sample, rows, |held| sources.push(Source::Cone(held)));
+            let n_rows = rows.n_rows() - first;
+            if n_rows > 0 {
+                rows.blocks.push(Block { sample, first, n_rows });
+            }
+        }
+    }
+
     /// Solves once more with what was factored last, for other residuals at the same place. With those of a
     /// step, less what the linear model says of it, this is the step that its curvature asks for: along a narrow curved
-    /// valley it leads back to the ground (a second-order correction).
-    pub(crate) fn correct(&mut self, layout: &Layout, state: &MotionState, damping: f64, residual: &[f64]) {
+    /// valley it leads back to the ground (a second-order correction). `guards` are residuals of rows with a force.
+    pub(crate) fn correct(
+        &mut self,
+        layout: &Layout,
+        state: &MotionState,
+        damping: f64,
+        residual: &[f64],
+        guards: &[f64],
+    ) {
+        self.acting.aim_from(&state.guards, guards, &self.delta);
         self.solve_factored(state, damping, residual);
         self.clamp(layout, state);
     }
 
-    /// Solves for residuals of the state's rows.
+    /// Solves for residuals of the state's rows, and for what the others are to be.
     fn solve_factored(&mut self, state: &MotionState, damping: f64, residual: &[f64]) {
-        let (rows, residual) = if self.cones.is_idle() {
+        let is_plain = self.is_plain(state);
+        let (rows, residual) = if is_plain {
             (&state.rows, residual)
         } else {
-            self.cones.add_residuals(residual, &mut self.residual);
+            self.residual.clear();
+            self.residual.extend(self.sources.iter().map(|source| match source {
+                Source::State(row) => residual[*row],
+                Source::Guard(row) => self.acting.residual(&state.guards, *row),
+                Source::Cone(held) => held.residual,
+            }));
             (&self.rows, &self.residual[..])
         };
         self.system.solve(state, rows, &self.open, damping, residual, &mut self.delta);
+        for (source, multiplier) in self.sources.iter().zip(&self.system.y).filter(|_| !is_plain) {
+            if let Source::Guard(row) = source {
+                self.acting.set_force(&state.guards, *row, *multiplier);
+            }
+        }
+    }
+
+    /// Lets go of limits that would have to pull: of cones, and of the ranges that were [found](Self::find_pulled).
+    fn let_go(&mut self, state: &MotionState) -> bool {
+        let mut changed = !self.pulled.is_empty();
+        for idx in self.pulled.drain(..) {
+            (self.open[idx], self.delta[idx]) = (true, 0.0);
+        }
+        if !self.is_plain(state) {
+            for (source, multiplier) in self.sources.iter().zip(&self.system.y) {
+                if let Source::Cone(held) = source {
+                    changed |= self.cones.let_go(*held, *multiplier);
+                }
+            }
+        }
+        changed
+    }
+
+    /// Finds degrees of freedom that are held at a range which would have to pull.
+    fn find_pulled(&mut self, layout: &Layout, state: &MotionState, damping: f64) {
+        // Half the gradient of the model at the step, forces included: what they are held against.
+        let mut pull = std::mem::take(&mut self.y);
+        pull.clear();
+        pull.extend_from_slice(&state.gradient);
+        self.rows.add_transposed(&self.system.y, &mut pull);
+        self.system.add_product_beside_rows(state, damping, &self.delta, &mut pull);
+        let (n, nc) = (self.n_dofs, layout.n_coords);
+        for t in (0..self.n_samples).filter(|t| !state.is_given[*t]) {
+            for k in (0..n).filter(|k| !self.open[t * n + k]) {
+                let idx = t * n + k;
+                let x = state.coords[t * nc + layout.coord_of_dof[k]];
+                let (down, up) = (layout.lower[k] - x, layout.upper[k] - x);
+                let is_above = up - self.delta[idx] < self.delta[idx] - down;
+                let pulls = if is_above { pull[idx] > 0.0 } else { pull[idx] < 0.0 };
+                if pulls && up - down > ON_LIMIT {
+                    self.pulled.push(idx);
+                }
+            }
+        }
+        self.y = pull;
     }
 
     /// `residual -= J delta`
@@ -200,8 +322,8 @@ impl MotionStep {
         self.system.bend_beside_rows(state, &self.delta) + self.cones.bend_of(&self.delta)
     }
 
-    /// The cost that the linear model promises for `delta`, losses and all.
-    pub(crate) fn predicted_cost(&mut self, state: &MotionState) -> f64 {
+    /// The cost that the linear model promises for `delta`, losses and all, and by how much hard rows are then missed.
+    pub(crate) fn predicted(&mut self, state: &MotionState) -> (f64, f64) {
         self.y.clear();
         self.y.extend_from_slice(&state.rows.residual);
         state.rows.add_product(&self.delta, &mut self.y);
@@ -212,7 +334,9 @@ impl MotionStep {
             cost += part.term_weight * part.loss.cost(square);
         }
         cost += 2.0 * state.gradient.iter().zip(&self.delta).map(|(g, d)| g * d).sum::<f64>();
-        cost + self.bend_beside_rows(state)
+        cost += self.bend_beside_rows(state);
+        let (wishes, violation) = state.guards.predicted(&self.delta, &mut self.y);
+        (cost + wishes, violation)
     }
 }
 
@@ -233,7 +357,7 @@ mod tests {
             assert!(step.begin(layout, &case.state) > 0.0);
             for part in [1e-4, 0.05, 10.0] {
                 assert!(step.solve(layout, &case.state, part * step.scale(&case.state)));
-                let predicted = step.predicted_cost(&case.state);
+                let predicted = step.predicted(&case.state).0;
                 assert!(predicted < cost * (1.0 + 1e-12), "case {number}: {predicted} from {cost}");
                 let slope: f64 = step.gradient.iter().zip(&step.delta).map(|(g, d)| g * d).sum();
                 assert!(slope < 0.0, "case {number}: {slope}");
@@ -277,7 +401,7 @@ mod tests {
             let mut step = MotionStep::new(layout, &case.state);
             step.begin(layout, &case.state);
             assert!(step.solve(layout, &case.state, 1e5 * step.scale(&case.state)));
-            let promised = cost - step.predicted_cost(&case.state);
+            let promised = cost - step.predicted(&case.state).0;
             let from = case.state.coords.clone();
             case.state.step(layout, &from, &step.delta);
             let gained = cost - case.state.evaluate(layout, motion);

@@ -2,7 +2,7 @@
 //!
 //! Smoothness couples a degree of freedom with itself only, over at most three samples: for each there is one banded
 //! matrix `A` over time, factored in a time that is linear in samples. Rows `J` exist at the samples at which something is
-//! wanted, so that with few of them the step is solved over rows: `(J A⁻¹ Jᵀ + I) y = r − J A⁻¹ g`,
+//! wanted, so that with few of them the step is solved over rows: `(J A⁻¹ Jᵀ + E) y = r − J A⁻¹ g`,
 //! `δ = −A⁻¹ (g + Jᵀ y)`. Samples that are given, and what a limit holds back, take no part.
 //!
 //! Damping is by the speed of the step rather than by its length: samples between two keys then follow the keys
@@ -13,6 +13,7 @@ use crate::motion::banded::Banded;
 use crate::motion::iterative::Iterative;
 use crate::motion::rows::{SampleRows, dot, factor_dense, solve_dense};
 use crate::motion::state::MotionState;
+use crate::solvers::forces::HARD_COMPLIANCE;
 
 /// Up to here the step is solved over rows; more would be a matrix too large.
 pub(crate) const MOST_DIRECT_ROWS: usize = 600;
@@ -39,7 +40,8 @@ pub(crate) struct System {
     inverses: Vec<Vec<f64>>,
     columns: Vec<f64>,
     right: Vec<f64>,
-    y: Vec<f64>,
+    /// The multiplier of each row, as of the last solve.
+    pub(crate) y: Vec<f64>,
     dense: Vec<f64>,
     line: Vec<f64>,
     iterative: Iterative,
@@ -221,8 +223,10 @@ impl System {
         if rows.n_rows() > self.most_direct_rows {
             rows.add_transposed(&y, &mut right);
             self.solve_iteratively(state, rows, open, damping, &mut right, guess, delta);
+            y.copy_from_slice(residual);
+            rows.add_product(delta, &mut y);
         } else {
-            // u = A⁻¹ g, then y = (I + J A⁻¹ Jᵀ)⁻¹ (r − J u).
+            // u = A⁻¹ g, then y = (E + J A⁻¹ Jᵀ)⁻¹ (r − J u).
             let mut u = right.clone();
             self.apply_inverse(open, &mut u);
             u.iter_mut().for_each(|v| *v = -*v);
@@ -276,7 +280,13 @@ impl System {
     }
 
     /// `out += (smoothness + damping + curvature) x`
-    fn add_product_beside_rows(&self, state: &MotionState, damping: f64, x: &[f64], out: &mut [f64]) {
+    pub(crate) fn add_product_beside_rows(
+        &self,
+        state: &MotionState,
+        damping: f64,
+        x: &[f64],
+        out: &mut [f64],
+    ) {
         let n = self.n_dofs;
         let (speed, shift) = (damping * self.stretch + state.spacing.weight, damping * self.shift);
         for t in 0..self.n_samples {
@@ -299,7 +309,7 @@ impl System {
         }
     }
 
-    /// Factors `I + J A⁻¹ Jᵀ`.
+    /// Factors `E + J A⁻¹ Jᵀ`, with the compliances on the diagonal.
     fn factor_rows(&mut self, rows: &SampleRows, open: &[bool]) -> bool {
         let (n, m, n_blocks) = (self.n_dofs, rows.n_rows(), rows.blocks.len());
         self.invert_at(rows);
@@ -325,7 +335,12 @@ impl System {
             }
         }
         for i in 0..m {
-            dense[i * m + i] += 1.0;
+            let own = dense[i * m + i];
+            dense[i * m + i] += match rows.compliance[i] {
+                // Hard rows that contradict each other share what they miss; those that nothing answers have no say.
+                0.0 => (HARD_COMPLIANCE * own).max(f64::MIN_POSITIVE.sqrt()),
+                compliance => compliance,
+            };
         }
         let factored = factor_dense(m, &mut dense);
         self.dense = dense;

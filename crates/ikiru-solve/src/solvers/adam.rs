@@ -58,7 +58,7 @@ impl Moments {
 }
 
 /// The weight of the squares of what hard rows miss: this method knows no constraints.
-const HARD_WEIGHT: f64 = 1e3;
+pub(crate) const HARD_WEIGHT: f64 = 1e3;
 
 /// Memory of the method.
 #[derive(Clone, Debug, Default)]

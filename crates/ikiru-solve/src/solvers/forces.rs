@@ -16,7 +16,7 @@ use crate::state::State;
 use crate::words::Sense;
 
 /// The compliance of a hard row, relative to what answers its force: contradictory rows share what they miss.
-const HARD_COMPLIANCE: f64 = 1e-9;
+pub(crate) const HARD_COMPLIANCE: f64 = 1e-9;
 /// A row, a step and a multiplier count as wrong beyond this (metres, radians; relative to the largest multiplier).
 const SLACK: f64 = 1e-12;
 /// So often all that is wrong is exchanged without getting better before one at a time is.

@@ -19,7 +19,7 @@ const LEAST_DAMPING: f64 = 1e-12;
 /// A step that promises less than this part of the cost is not worth taking.
 const LEAST_GAIN: f64 = 1e-12;
 /// A step that gains less than this part of what it promised is corrected, where there are rows with a force.
-const POOR: f64 = 0.75;
+pub(crate) const POOR: f64 = 0.75;
 /// How much more a missed hard row costs than the largest multiplier, and how fast a multiplier is forgotten.
 const EXACT: f64 = 2.0;
 const FORGET: f64 = 0.9;
@@ -57,7 +57,7 @@ impl Lm {
         let (mut damping, mut scale) = (0.0, 0.0);
         let mut patience = bar.patience(cost);
         let has_forces = layout.n_force_rows > 0;
-        let mut hard = Hard { violation: state.violation, ..Hard::default() };
+        let mut hard = Hard::new(state.violation);
         if has_forces {
             self.step.forces.forget();
         }
@@ -163,34 +163,33 @@ impl Lm {
 
 /// What hard rows ask of a step.
 #[derive(Clone, Copy, Debug)]
-struct Hard {
+pub(crate) struct Hard {
     /// By how much they are missed now.
-    violation: f64,
+    pub(crate) violation: f64,
     /// ν
     weight: f64,
     /// How much of what is missed a step is to make good: all, unless that led nowhere.
-    share: f64,
-}
-
-impl Default for Hard {
-    fn default() -> Self {
-        Self { violation: 0.0, weight: 0.0, share: 1.0 }
-    }
+    pub(crate) share: f64,
 }
 
 impl Hard {
+    /// What they ask of the first step, missed by so much.
+    pub(crate) fn new(violation: f64) -> Self {
+        Self { violation, weight: 0.0, share: 1.0 }
+    }
+
     #[inline(always)]
-    fn merit(&self, cost: f64, violation: f64) -> f64 {
+    pub(crate) fn merit(&self, cost: f64, violation: f64) -> f64 {
         if violation == 0.0 { cost } else { cost + self.weight * violation }
     }
 
     /// Takes over the largest force of a step. Forces are half of what the cost would fall by.
-    fn weigh(&mut self, largest: f64) {
+    pub(crate) fn weigh(&mut self, largest: f64) {
         self.weight = self.weight.max(2.0 * EXACT * largest);
     }
 
     #[inline(always)]
-    fn accept(&mut self, violation: f64) {
+    pub(crate) fn accept(&mut self, violation: f64) {
         (self.violation, self.share) = (violation, (2.0 * self.share).min(1.0));
         self.weight *= FORGET;
     }

@@ -4,7 +4,7 @@ pub(crate) mod adam;
 pub(crate) mod ccd;
 pub(crate) mod columns;
 pub(crate) mod fabrik;
-mod forces;
+pub(crate) mod forces;
 #[cfg(feature = "ipopt")]
 pub(crate) mod ipopt;
 pub(crate) mod lm;

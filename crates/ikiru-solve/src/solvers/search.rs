@@ -30,7 +30,7 @@ pub(crate) struct Outcome {
 }
 
 /// Hard rows that are missed by less than this in all (metres, radians) count as held when poses are compared.
-const HELD: f64 = 1e-6;
+pub(crate) const HELD: f64 = 1e-6;
 
 impl Outcome {
     pub(crate) fn new(cost: f64, violation: f64, stop: StopReason, is_evaluated: bool) -> Self {

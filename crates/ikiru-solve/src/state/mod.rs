@@ -348,8 +348,8 @@ impl State {
     }
 
     /// The squares of what hard terms miss, as of the last evaluation.
-    pub(crate) fn hard_square(&self, layout: &Layout, problem: &crate::Problem) -> f64 {
-        let hard = layout.terms.iter().filter(|t| t.is_hard && problem.terms()[t.term].is_on);
+    pub(crate) fn hard_square(&self, layout: &Layout, terms: &impl Terms) -> f64 {
+        let hard = layout.terms.iter().filter(|t| t.is_hard && terms.is_on(t.term));
         hard.flat_map(|t| &self.squares[t.parts.clone()]).sum()
     }
 

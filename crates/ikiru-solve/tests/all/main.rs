@@ -6,6 +6,7 @@ mod centred_cones;
 mod common;
 mod custom;
 mod hard;
+mod hard_motions;
 #[cfg(feature = "ipopt")]
 mod ipopt;
 mod lanes;

@@ -1,0 +1,172 @@
+//! Hard rows in motions: at times, over spans and throughout, solved for exactly and iteratively.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+use glam::DVec3;
+use ikiru_rig::{Clip, JointId, JointMotion, Pose, Rig};
+use ikiru_solve::objectives::{Bound, Coupling, Distance, Position};
+use ikiru_solve::{
+    AdamOptions, Invalid, Method, MotionProblem, MotionReport, MotionWorkspace, PlannedMotion, Solver,
+    SolverOptions, StopReason, Timeline, Tolerance, When,
+};
+use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+/// A motion problem whose constraints a motion is known to satisfy.
+fn case(number: u64, n_samples: usize) -> (Rig, MotionProblem) {
+    let mut random = Random::new(number);
+    let rig = random_rig(4 + random.below(8), number);
+    // A walk that keeps what is asked for.
+    let mut poses = vec![random_pose(&rig, &mut random)];
+    while poses.len() < n_samples {
+        let mut pose = poses[poses.len() - 1].clone();
+        let step: Vec<f64> = (0..rig.n_dofs()).map(|_| random.between(-0.2, 0.2)).collect();
+        pose.retract(&step).unwrap();
+        pose.project();
+        poses.push(pose);
+    }
+    let timeline = Timeline::seconds(1.0, (n_samples - 1) as f64).unwrap();
+    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+    motion.set_smoothness([0.01; 3]).unwrap();
+    if random.below(2) == 0 {
+        motion.fix_start(&poses[0]).unwrap();
+    }
+    let tip = JointId::from_index(rig.n_joints() - 1);
+    let end = random_pose(&rig, &mut random).frame(tip).origin.value();
+    motion.add(1.0, When::End, Position::new(tip, end)).unwrap();
+    for _ in 0..1 + random.below(4) {
+        let [a, b] = [0, 1].map(|_| JointId::from_index(random.below(rig.n_joints())));
+        let apart = |pose: &Pose| pose.frame(a).origin.value().distance(pose.frame(b).origin.value());
+        let all = poses.iter().map(apart);
+        let bound = match random.below(2) {
+            0 => Bound::AtLeast((all.fold(f64::INFINITY, f64::min) - 0.01).max(0.0)),
+            _ => Bound::AtMost(all.fold(0.0, f64::max) + 0.01),
+        };
+        if a != b {
+            hard(&mut motion, When::Throughout, Distance::new([a, b], bound));
+        }
+    }
+    let hinge = |j: &JointId| {
+        let joint = rig.get(*j).unwrap();
+        matches!(joint.motion, JointMotion::Hinge { .. }) && joint.mimic.is_none()
+    };
+    if let Some(joint) = rig.ids().find(hinge) {
+        let value = poses[n_samples / 2].value(joint).unwrap();
+        let time = timeline.time(n_samples / 2);
+        let coupling = Coupling::new(&rig, &[(joint, None, 1.0)], Bound::Exactly(value)).unwrap();
+        hard(&mut motion, When::At(time), coupling);
+    }
+    (rig, motion)
+}
+
+fn hard<T: ikiru_solve::Objective + Clone>(motion: &mut MotionProblem, when: When, objective: T) {
+    let id = motion.add(1.0, when, objective).unwrap();
+    let term = motion.term_mut(id);
+    (term.hard, term.tolerance) = (true, Tolerance::HARD);
+}
+
+fn plan(motion: &MotionProblem, rig: &Rig, options: SolverOptions) -> PlannedMotion {
+    let mut still = rig.rest_pose();
+    still.project();
+    let guess = Clip::new("still", vec![0.0], vec![still]).unwrap();
+    Solver::new(options).plan(motion, &guess, &mut MotionWorkspace::default())
+}
+
+fn missed(report: &MotionReport) -> f64 {
+    report.terms.iter().filter(|t| t.hard).map(|t| t.residual).fold(0.0, f64::max)
+}
+
+#[test]
+fn constraints_hold_at_every_sample() {
+    let (mut n_held, mut n_cases) = (0, 0);
+    let mut unmet = Vec::new();
+    for number in 0..200 {
+        let (rig, motion) = case(number, 8);
+        let planned = plan(&motion, &rig, SolverOptions::default());
+        assert!(planned.report.invalid.is_none(), "{number}: {:?}", planned.report.invalid);
+        n_cases += 1;
+        if missed(&planned.report) < 1e-6 {
+            n_held += 1;
+        } else {
+            unmet.push((number, missed(&planned.report), planned.report.stop, planned.report.iterations));
+        }
+        for pose in planned.clip.poses() {
+            assert!(pose.limit_violation() < 1e-9);
+        }
+    }
+    assert!(f64::from(n_held) >= 0.97 * f64::from(n_cases), "{n_held} of {n_cases}: {unmet:?}");
+}
+
+#[test]
+fn constraints_hold_where_steps_are_solved_for_iteratively() {
+    for number in 0..6 {
+        let (rig, mut motion) = case(number, 151);
+        let tip = JointId::from_index(rig.n_joints() - 1);
+        let from = rig.rest_pose().frame(tip).origin.value();
+        // Targets at every sample: too many rows to solve over.
+        let way = DVec3::new(0.1, -0.05, 0.1);
+        for joint in 0..2 {
+            let joint = JointId::from_index(rig.n_joints() - 1 - joint);
+            motion.add_moving(0.1, When::Throughout, |secs| Position::new(joint, from + way * secs)).unwrap();
+        }
+        let planned = plan(&motion, &rig, SolverOptions::default());
+        assert!(planned.report.invalid.is_none(), "{number}: {:?}", planned.report.invalid);
+        assert!(missed(&planned.report) < 1e-5, "case {number}: {}", missed(&planned.report));
+    }
+}
+
+#[test]
+fn what_is_hard_is_kept_at_a_cost_and_changes_nothing_where_it_does_not_bind() {
+    for number in 0..30 {
+        let (rig, mut motion) = case(number, 6);
+        let bound = plan(&motion, &rig, SolverOptions::default());
+        let is_hard: Vec<bool> = bound.report.terms.iter().map(|t| t.hard).collect();
+        assert!(bound.report.terms.iter().filter(|t| t.hard).all(|t| t.cost == 0.0 && t.mandatory));
+        motion.terms_mut().iter_mut().zip(&is_hard).for_each(|(term, hard)| term.is_on = !hard);
+        // From there, so that both are in one valley.
+        let free = Solver::default().plan(&motion, &bound.clip, &mut MotionWorkspace::default()).report;
+        let (bound, slack) = (bound.report, 1e-9);
+        if missed(&bound) < 1e-6 {
+            assert!(bound.cost >= free.cost * (1.0 - 1e-6) - slack, "{number}: {} {}", bound.cost, free.cost);
+        }
+        if missed(&free) == 0.0 {
+            assert!((bound.cost - free.cost).abs() < 1e-3 * free.cost + slack, "case {number}");
+        }
+    }
+}
+
+#[test]
+fn constraints_that_contradict_each_other_are_named() {
+    let rig = random_rig(6, 3);
+    let [a, b] = [0, 5].map(JointId::from_index);
+    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
+    let apart = rig.rest_pose().frame(a).origin.value().distance(rig.rest_pose().frame(b).origin.value());
+    hard(&mut motion, When::Throughout, Distance::new([a, b], Bound::AtMost(apart)));
+    hard(&mut motion, When::At(0.6), Distance::new([a, b], Bound::AtLeast(apart + 0.1)));
+    for method in [Method::Lm, Method::Adam(AdamOptions::DEFAULT)] {
+        let report =
+            plan(&motion, &rig, SolverOptions { method, max_iterations: 200, ..Default::default() }).report;
+        assert!(!report.success && report.stop != StopReason::Reached && report.cost.is_finite());
+        let missed: Vec<f64> = report.terms.iter().map(|t| t.residual).collect();
+        assert!(report.terms.iter().any(|t| t.hard && !t.satisfied), "{missed:?}");
+        // What is missed is shared: no way there is to miss less in all.
+        assert!((missed[0] + missed[1] - 0.1).abs() < 0.02, "{missed:?}");
+        assert!((report.terms[1].worst_secs - 0.6).abs() < 1e-9);
+    }
+    // A constraint that given samples do not meet, and nothing else can.
+    let mut settled = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
+    settled.fix_start(&rig.rest_pose()).unwrap();
+    hard(&mut settled, When::At(0.0), Distance::new([a, b], Bound::AtLeast(apart + 0.1)));
+    let report = plan(&settled, &rig, SolverOptions::default()).report;
+    assert!(matches!(report.invalid, Some(Invalid::Term(0, _))));
+}
+
+#[test]
+fn adam_presses_constraints_too() {
+    let mut n_near = 0;
+    for number in 0..20 {
+        let (rig, motion) = case(number, 6);
+        let method = Method::Adam(AdamOptions::DEFAULT);
+        let options = SolverOptions { method, max_iterations: 400, ..Default::default() };
+        n_near += usize::from(missed(&plan(&motion, &rig, options).report) < 0.02);
+    }
+    assert!(n_near >= 15, "{n_near} of 20");
+}
