@@ -194,7 +194,7 @@ mod tests {
         let t = &layout.terms[0];
         let mut residual = vec![f64::NAN; layout.n_all_rows()];
         let mut memory = RowMemory::default();
-        let view = View { frames, motions: &[], coords: &[] };
+        let view = View { frames, earlier: &[], motions: &[], coords: &[] };
         let parts = &layout.parts[t.parts.clone()];
         objective.evaluate(&view, &mut Rows::new(&mut residual, t, parts, &mut memory, false));
         let of_part = |part: &PartLayout| residual[part.row..part.row + part.n_rows].to_vec();

@@ -33,7 +33,8 @@ pub use motion::{
     TargetPathError, Timeline, TimelineError, When,
 };
 pub use objective::{
-    JointCoords, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Rows, TermReads, Unfit, View,
+    JointCoords, MOST_EARLIER, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Rows, TermReads, Unfit,
+    View,
 };
 pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub use problem::Problem;

@@ -108,6 +108,8 @@ pub(crate) struct Layout {
     /// Whether there is gradient or curvature beside rows.
     pub(crate) has_own: bool,
     pub(crate) has_cones: bool,
+    /// The most earlier samples that a term reads.
+    pub(crate) n_earlier: usize,
     pub(crate) signature: Signature,
 }
 
@@ -125,10 +127,12 @@ impl Layout {
     /// # Errors
     /// The first term that is not usable, and why.
     pub(crate) fn new(problem: &Problem) -> Result<Self, (usize, Unfit)> {
-        Self::with(problem, &[])
+        let layout = Self::with(problem, &[])?;
+        layout.signature.check_pose()?;
+        Ok(layout)
     }
 
-    /// The same where some joints matter that no term reads.
+    /// The same for a motion, where some joints matter that no term reads.
     pub(crate) fn with(problem: &Problem, others: &[JointId]) -> Result<Self, (usize, Unfit)> {
         let rig = problem.rig();
         let signature = Signature::of(problem)?;
@@ -313,6 +317,7 @@ impl Layout {
             }
             let has_own = self.n_own_rows > first_own || reads.has_potential;
             self.has_own |= has_own;
+            self.n_earlier = self.n_earlier.max(reads.n_earlier);
             let is_own = |part: &PartLayout| matches!(part.place, Place::Own { .. });
             let couples = !self.parts[first_part..].iter().all(is_own);
             let next = |n: &mut usize, more: usize| {
@@ -327,7 +332,7 @@ impl Layout {
                 n_slots: slot,
                 runs: Vec::new(),
                 n_motion_dofs,
-                by_frame: next(&mut self.n_by_frame, reads.frames.len() * slot * 6),
+                by_frame: next(&mut self.n_by_frame, (1 + reads.n_earlier) * reads.frames.len() * slot * 6),
                 by_motion: next(&mut self.n_by_motion, if couples { slot * n_motion_dofs } else { 0 }),
                 slope: next(&mut self.n_slope, if reads.has_potential { n_motion_dofs } else { 0 }),
                 joint_reads,
@@ -336,6 +341,7 @@ impl Layout {
                 is_hard: *is_hard,
                 is_constant: false,
                 sums_up: reads.frames.len() > MOST_WALKED,
+                n_earlier: reads.n_earlier,
                 joint: reads.frames.first().or(reads.motions.first()).copied(),
             });
         }

@@ -87,6 +87,8 @@ pub(crate) struct TermLayout {
     pub(crate) is_constant: bool,
     /// Whether its frames are so many that their rows are summed up from the leaves to the root.
     pub(crate) sums_up: bool,
+    /// At how many earlier samples it reads the same frames.
+    pub(crate) n_earlier: usize,
     /// The first joint that it reads.
     pub(crate) joint: Option<JointId>,
 }

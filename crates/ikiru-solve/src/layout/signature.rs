@@ -17,6 +17,15 @@ pub(crate) struct Signature {
 }
 
 impl Signature {
+    /// The first term that reads earlier samples, which a single pose has not.
+    pub(crate) fn check_pose(&self) -> Result<(), (usize, Unfit)> {
+        let reads_earlier = |(reads, _): &(TermReads, bool)| reads.n_earlier > 0;
+        match self.terms.iter().position(reads_earlier) {
+            Some(term) => Err((term, "reads earlier samples: it belongs in a motion".into())),
+            None => Ok(()),
+        }
+    }
+
     /// Checks a problem; says whether this is still its signature. Does not allocate as long as it is.
     ///
     /// # Errors

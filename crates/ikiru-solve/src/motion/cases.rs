@@ -1,5 +1,6 @@
 //! Random motions for the unit tests of this folder: every joint motion, terms of every form, all that is beside rows.
 
+use glam::DVec3;
 use ikiru_rig::{JointId, Pose, Rate, RateLimit, RatePart};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -8,8 +9,48 @@ use crate::motion::problem::MotionProblem;
 use crate::motion::state::MotionState;
 use crate::motion::timeline::Timeline;
 use crate::motion::when::When;
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
 use crate::objectives::{PoseTarget, Position, RestPose};
-use crate::words::Loss;
+use crate::words::{Loss, Unit};
+
+/// A point of a joint that does not move from sample to sample, or moves at a steady speed: its first or second difference.
+#[derive(Clone, Debug)]
+pub(crate) struct Drift {
+    pub(crate) joint: JointId,
+    pub(crate) point: DVec3,
+    pub(crate) n_earlier: usize,
+}
+
+impl Objective for Drift {
+    fn kind(&self) -> &'static str {
+        "drift"
+    }
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.earlier(self.n_earlier)?;
+        reads.part(Part::new(3, Unit::Metres))
+    }
+    fn check(&self) -> Result<(), Unfit> {
+        Ok(())
+    }
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        let factors: &[f64] = if self.n_earlier == 1 { &[1.0, -1.0] } else { &[1.0, -2.0, 1.0] };
+        let frame = |back: usize| if back == 0 { view.frame(0) } else { view.earlier(back, 0) };
+        let arm = |back: usize| frame(back).rotation.apply_constant(self.point).value();
+        let at = |(back, factor): (usize, &f64)| *factor * (frame(back).origin.value() + arm(back));
+        let drift: DVec3 = factors.iter().enumerate().map(at).sum();
+        let first = rows.open(0, drift.to_array());
+        if rows.wants_jacobian() {
+            for (back, factor) in factors.iter().enumerate() {
+                for (i, axis) in DVec3::AXES.into_iter().enumerate() {
+                    let out = rows.by_earlier_frame(first + i, back, 0);
+                    out[..3].copy_from_slice(&(*factor * axis).to_array());
+                    out[3..].copy_from_slice(&(*factor * arm(back).cross(axis)).to_array());
+                }
+            }
+        }
+    }
+}
 
 /// A motion problem, laid out, with a state that holds some motion inside its limits.
 pub(crate) struct Case {
@@ -40,6 +81,11 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
     let way = random.vector(0.5);
     let led = joint(&mut random);
     motion.add_moving(0.3, When::Throughout, |secs| Position::new(led, target + way * secs)).unwrap();
+    if number % 3 == 0 {
+        let point = random.vector(0.3);
+        let drift = Drift { joint: joint(&mut random), point, n_earlier: 1 + random.below(2) };
+        motion.add(0.5, When::Span { from: 0.25, to: 1.0 }, drift).unwrap();
+    }
     let joints: Vec<JointId> = motion.terms().active().collect();
     motion.add(0.05, When::Throughout, RestPose::new(&joints, random_pose(&rig, &mut random))).unwrap();
     // Samples near each other, as in a motion: half a turn from sample to sample is a corner of the distance.

@@ -147,7 +147,7 @@ impl Cones {
                     None => continue,
                 };
                 let normal = place.limits.axes[axis].to_array();
-                rows.push(ball.row, -factor * way, |k| factor * normal[k - ball.dof]);
+                rows.push(ball.row, -factor * way, |_, k| factor * normal[k - ball.dof]);
                 if let Some(last) = rows.compliance.last_mut() {
                     *last = compliance;
                 }

@@ -58,8 +58,16 @@ impl Guards {
         self.guards.is_empty()
     }
 
-    /// Copies the rows of one part of a term from the sample that was linearized.
-    pub(crate) fn push(&mut self, layout: &Layout, sample: &State, t: &TermLayout, term: &Term, idx: usize) {
+    /// Copies the rows of one part of a term from the sample that was linearized, and from those before it.
+    pub(crate) fn push(
+        &mut self,
+        layout: &Layout,
+        sample: &State,
+        earlier: &[State],
+        t: &TermLayout,
+        term: &Term,
+        idx: usize,
+    ) {
         let part = &layout.parts[idx];
         let PartLayout { n_rows, row, sense, place: Place::Force { first }, .. } = *part else { return };
         let weight = if t.is_hard { None } else { Some(sample.weights[idx]) };
@@ -72,8 +80,11 @@ impl Guards {
             loss: term.loss,
         });
         for i in 0..n_rows {
-            let entries = &sample.force_jacobian[(first + i) * layout.n_dofs..];
-            self.rows.push(row + i, sample.residual[row + i], |k| entries[k]);
+            let entry = |back: usize, k: usize| {
+                let state = if back == 0 { sample } else { &earlier[back - 1] };
+                state.force_jacobian[(first + i) * layout.n_dofs + k]
+            };
+            self.rows.push(row + i, sample.residual[row + i], entry);
             let is_open = i < sample.n_open[idx] && weight != Some(0.0);
             self.guards.push(Guard { sense, weight, is_open });
         }

@@ -54,13 +54,14 @@ impl Iterative {
             for i in 0..m {
                 self.masked.clear();
                 self.masked.resize(n, 0.0);
-                for (run, entries) in rows.runs(block.first + i) {
-                    for (k, a) in run.zip(entries) {
+                let own = rows.runs(block.first + i).take_while(|(run, _)| run.back == 0);
+                for (run, entries) in own {
+                    for (k, a) in run.dofs.clone().zip(entries) {
                         self.masked[k] = if open[k] { *a } else { 0.0 };
                     }
                 }
                 for j in 0..=i {
-                    gram[i * m + j] = rows.dot(block.first + j, &self.masked);
+                    gram[i * m + j] = rows.dot_own(block.first + j, &self.masked);
                 }
                 gram[i * m + i] += self.stiffness;
             }
@@ -153,10 +154,10 @@ impl Iterative {
             let sample = block.sample * n..(block.sample + 1) * n;
             let x = &mut x[sample.clone()];
             self.of_rows.clear();
-            self.of_rows.extend((block.first..block.first + m).map(|r| rows.dot(r, x)));
+            self.of_rows.extend((block.first..block.first + m).map(|r| rows.dot_own(r, x)));
             solve_dense(m, &self.grams[at..at + m * m], &mut self.of_rows);
             for (r, y) in (block.first..).zip(&self.of_rows) {
-                rows.add_row(r, -y, x);
+                rows.add_own(r, -y, x);
             }
             for (x, open) in x.iter_mut().zip(&open[sample]) {
                 if !open {
@@ -184,7 +185,7 @@ mod tests {
             rows.blocks.push(Block { sample, first: 2 * sample, n_rows: 2 });
             for row in 0..2 {
                 let entries: Vec<f64> = (0..n).map(|_| random.between(-1.0, 1.0)).collect();
-                rows.push(row, 0.0, |k| entries[k]);
+                rows.push(row, 0.0, |_, k| entries[k]);
             }
         }
         let mut over_time = Banded::smoothness(n_samples, [0.01, 0.02, 0.03]);

@@ -17,8 +17,23 @@ use crate::term::{AnyObjective, Term, TermId};
 #[derive(Clone, Debug)]
 pub(crate) struct Track {
     pub(crate) samples: Range<usize>,
+    /// How many samples before its own the term reads.
+    pub(crate) n_earlier: usize,
     /// One a sample; empty for an objective that stays.
     pub(crate) moving: Vec<Box<dyn AnyObjective>>,
+}
+
+impl Track {
+    /// Whether the term holds at a sample, which has to have as many before it as the term reads.
+    fn holds(&self, sample: usize) -> bool {
+        self.samples.contains(&sample) && sample >= self.n_earlier
+    }
+}
+
+/// How many samples before its own an objective reads; what does not fit the rig is told when the motion is planned.
+fn n_earlier(rig: &Rig, objective: &dyn Objective) -> usize {
+    let mut reads = TermReads::default();
+    objective.reads(&mut Reads::new(rig, &mut reads)).map_or(0, |()| reads.n_earlier)
 }
 
 /// Which joints may move, what is wanted when, how smooth the motion should be, and which samples are given.
@@ -78,7 +93,8 @@ impl MotionProblem {
         let mut motion = Self::of_problem(problem, timeline);
         for term in 0..motion.base.terms().len() {
             let samples = when.get(term).copied().unwrap_or_default().samples(&timeline)?;
-            motion.tracks.push(Track { samples, moving: Vec::new() });
+            let n_earlier = n_earlier(motion.rig(), motion.base.terms()[term].objective());
+            motion.tracks.push(Track { samples, n_earlier, moving: Vec::new() });
         }
         Ok(motion)
     }
@@ -112,7 +128,8 @@ impl MotionProblem {
         objective: T,
     ) -> Result<TermId<T>, MotionError> {
         let samples = when.samples(&self.timeline)?;
-        self.tracks.push(Track { samples, moving: Vec::new() });
+        let n_earlier = n_earlier(self.rig(), &objective);
+        self.tracks.push(Track { samples, n_earlier, moving: Vec::new() });
         Ok(self.base.add(weight, objective))
     }
 
@@ -130,7 +147,8 @@ impl MotionProblem {
         let samples = when.samples(&self.timeline)?;
         let first = at(self.timeline.time(samples.start));
         let moving = self.follow(&samples, &first, at)?;
-        self.tracks.push(Track { samples, moving });
+        let n_earlier = n_earlier(self.rig(), &first);
+        self.tracks.push(Track { samples, n_earlier, moving });
         Ok(self.base.add(weight, first))
     }
 
@@ -262,7 +280,8 @@ impl MotionProblem {
         problem.keep(|term| {
             let track = &self.tracks[term];
             let moved = track.moving.get(sample.wrapping_sub(track.samples.start));
-            let holds = track.samples.contains(&sample);
+            // What reads other samples too is no part of a single pose.
+            let holds = track.holds(sample) && track.n_earlier == 0;
             holds.then(|| moved.unwrap_or(&self.base.terms()[term].objective).clone())
         });
         problem
@@ -369,18 +388,28 @@ impl MotionProblem {
 
     /// Whether a term is on and holds at a sample.
     fn holds(&self, term: usize, sample: usize) -> bool {
-        self.base.terms()[term].is_on && self.tracks[term].samples.contains(&sample)
+        self.base.terms()[term].is_on && self.tracks[term].holds(sample)
+    }
+
+    /// Whether all samples are given that a term reads when it holds at one.
+    fn reads_given(&self, track: &Track, sample: usize) -> bool {
+        (sample - track.n_earlier.min(sample)..=sample).all(|read| self.given(read).is_some())
     }
 
     /// Whether a term wants something of a sample: it does at its samples but for those that are given, where there is
     /// nothing to plan.
     pub(crate) fn wants(&self, term: usize, sample: usize) -> bool {
-        self.holds(term, sample) && self.given(sample).is_none()
+        self.holds(term, sample) && !self.reads_given(&self.tracks[term], sample)
     }
 
     /// Whether all samples of a term are given: what it costs is then a constant of the motion.
     pub(crate) fn is_settled(&self, term: usize) -> bool {
-        let samples = &self.tracks[term].samples;
+        let track = &self.tracks[term];
+        let samples = &track.samples;
+        if track.n_earlier > 0 {
+            let mut held = samples.clone().filter(|sample| track.holds(*sample));
+            return held.all(|sample| self.reads_given(track, sample));
+        }
         // Those that are given are the first, and perhaps the last.
         let n_samples = self.timeline.n_samples();
         let ends_given = self.end.is_some() && samples.end == n_samples;
@@ -455,7 +484,7 @@ impl MotionProblem {
 
     /// Whether a term would hold at a sample, were it not switched off.
     pub(crate) fn is_off_at(&self, term: usize, sample: usize) -> bool {
-        !self.base.terms()[term].is_on && self.tracks[term].samples.contains(&sample)
+        !self.base.terms()[term].is_on && self.tracks[term].holds(sample)
     }
 
     /// The terms of one sample that are switched off.

@@ -50,6 +50,8 @@ pub(crate) struct MotionState {
     /// Half the gradient of what reads the differences from sample to sample, by those.
     pull: Vec<f64>,
     pub(crate) sample: State,
+    /// The samples before that one, the nearest first, as many as terms read.
+    earlier: Vec<State>,
     /// The sample at which `sample` was evaluated last.
     evaluated: Option<usize>,
 }
@@ -85,6 +87,7 @@ impl MotionState {
             rate_bounds: RateBounds::new(layout, motion),
             pull: vec![0.0; n],
             sample: State::new(layout),
+            earlier: vec![State::new(layout); layout.n_earlier],
             evaluated: None,
         }
     }
@@ -93,6 +96,10 @@ impl MotionState {
     pub(crate) fn load(&mut self, layout: &Layout, t: usize, pose: &Pose) -> bool {
         if !self.sample.load(layout, pose) {
             return false;
+        }
+        // What does not move stands where it does in all samples.
+        for earlier in &mut self.earlier {
+            earlier.load(layout, pose);
         }
         self.evaluated = None;
         if !self.is_given[t] {
@@ -114,6 +121,11 @@ impl MotionState {
         self.sample.coords[..nc].copy_from_slice(&self.coords[t * nc..(t + 1) * nc]);
         self.sample.forget_constants();
         self.evaluated = None;
+        for back in 0..layout.n_earlier.min(t) {
+            let (earlier, at) = (&mut self.earlier[back], (t - 1 - back) * nc);
+            earlier.coords[..nc].copy_from_slice(&self.coords[at..at + nc]);
+            self.sample.set_earlier(layout, back, earlier);
+        }
     }
 
     /// Evaluates what is wanted of one sample; the answer is its cost.
@@ -237,6 +249,9 @@ impl MotionState {
                 self.evaluated = Some(t);
             }
             self.sample.linearize(layout, &terms, false);
+            for back in 1..=layout.n_earlier.min(t) {
+                self.earlier[back - 1].carry_back(layout, &terms, &self.sample.memory, back);
+            }
             for k in 0..n {
                 self.gradient[t * n + k] += self.sample.own_gradient[k];
                 self.curvature[t * n + k] += self.sample.own_curvature[k];
@@ -259,7 +274,8 @@ impl MotionState {
                 match place {
                     Place::Step => {}
                     Place::Force { .. } => {
-                        self.guards.push(layout, &self.sample, term, terms.term(term.term), part);
+                        let data = terms.term(term.term);
+                        self.guards.push(layout, &self.sample, &self.earlier, term, data, part);
                         continue;
                     }
                     Place::Own { .. } => {
@@ -270,9 +286,10 @@ impl MotionState {
                 let first = self.rows.n_rows();
                 self.rows.parts.push(RowPart { first, n_rows, term_weight: weight, loss, weight: scale });
                 for r in row..row + n_rows {
-                    self.rows.push(r, self.sample.scaled[r], |k| {
+                    self.rows.push(r, self.sample.scaled[r], |back, k| {
+                        let state = if back == 0 { &self.sample } else { &self.earlier[back - 1] };
                         let span = &layout.spans[k];
-                        self.sample.jacobian[span.start + r - span.first]
+                        state.jacobian[span.start + r - span.first]
                     });
                 }
             }

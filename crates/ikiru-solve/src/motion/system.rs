@@ -36,7 +36,10 @@ pub(crate) struct System {
     /// Factors of the matrices of classes, then of those degrees of freedom that have their own.
     factors: Vec<Banded>,
     factor_of: Vec<usize>,
-    /// `(A⁻¹)` at pairs of samples with rows, for each factor.
+    /// How many samples a row may read: its own, and some before.
+    n_back: usize,
+    /// The samples that rows read, in order, and `(A⁻¹)` at pairs of them, for each factor.
+    touched: Vec<usize>,
     inverses: Vec<Vec<f64>>,
     columns: Vec<f64>,
     right: Vec<f64>,
@@ -62,6 +65,7 @@ impl System {
         let n_free = state.is_given.iter().filter(|given| !**given).count() as f64;
         Self {
             most_direct_rows: MOST_DIRECT_ROWS,
+            n_back: 1 + layout.n_earlier,
             n_samples,
             n_dofs: n,
             classes: distinct
@@ -86,8 +90,8 @@ impl System {
             let first = block.sample * self.n_dofs;
             squares.copy_from_slice(&state.curvature[first..first + self.n_dofs]);
             for row in block.first..block.first + block.n_rows {
-                for (run, entries) in state.rows.runs(row) {
-                    squares[run].iter_mut().zip(entries).for_each(|(s, a)| *s += a * a);
+                for (run, entries) in state.rows.runs(row).take_while(|(run, _)| run.back == 0) {
+                    squares[run.dofs.clone()].iter_mut().zip(entries).for_each(|(s, a)| *s += a * a);
                 }
             }
             largest = squares.iter().fold(largest, |a, s| a.max(*s));
@@ -311,25 +315,36 @@ impl System {
 
     /// Factors `E + J A⁻¹ Jᵀ`, with the compliances on the diagonal.
     fn factor_rows(&mut self, rows: &SampleRows, open: &[bool]) -> bool {
-        let (n, m, n_blocks) = (self.n_dofs, rows.n_rows(), rows.blocks.len());
+        let (n, m, n_back) = (self.n_dofs, rows.n_rows(), self.n_back);
         self.invert_at(rows);
+        let n_touched = self.touched.len();
         let mut dense = std::mem::take(&mut self.dense);
         dense.clear();
         dense.resize(m * m, 0.0);
-        let mut weighted = vec![0.0; n];
+        let mut weighted = vec![0.0; n * n_back];
         for (a, later) in rows.blocks.iter().enumerate() {
-            for (b, earlier) in rows.blocks[..=a].iter().enumerate() {
+            for earlier in &rows.blocks[..=a] {
+                // Where the samples of both lie among those that rows touch.
+                let at_earlier = self.place_of(earlier.sample);
+                let reach = n_back.min(earlier.sample + 1);
                 for i in later.first..later.first + later.n_rows {
                     weighted.fill(0.0);
                     for (run, entries) in rows.runs(i) {
-                        for (k, entry) in run.zip(entries) {
-                            let is_open = open[later.sample * n + k] && open[earlier.sample * n + k];
-                            let inverse = self.inverses[self.factor_of[k]][a * n_blocks + b];
-                            weighted[k] = if is_open { entry * inverse } else { 0.0 };
+                        let sample = later.sample - run.back;
+                        let at = self.place_of(sample);
+                        for back in 0..reach {
+                            let other = earlier.sample - back;
+                            for (k, entry) in run.dofs.clone().zip(entries) {
+                                if open[sample * n + k] && open[other * n + k] {
+                                    let inverses = &self.inverses[self.factor_of[k]];
+                                    let inverse = inverses[at * n_touched + at_earlier - back];
+                                    weighted[back * n + k] += entry * inverse;
+                                }
+                            }
                         }
                     }
                     for j in earlier.first..(earlier.first + earlier.n_rows).min(i + 1) {
-                        dense[i * m + j] = rows.dot(j, &weighted);
+                        dense[i * m + j] = rows.dot_back(j, &weighted);
                     }
                 }
             }
@@ -347,22 +362,33 @@ impl System {
         factored
     }
 
-    /// The entries of the inverses at pairs of samples with rows.
+    /// Where a sample that rows touch lies among those.
+    fn place_of(&self, sample: usize) -> usize {
+        self.touched.partition_point(|touched| *touched < sample)
+    }
+
+    /// The entries of the inverses at pairs of samples that rows touch.
     fn invert_at(&mut self, rows: &SampleRows) {
-        let n_blocks = rows.blocks.len();
+        self.touched.clear();
+        for block in &rows.blocks {
+            let next = self.touched.last().map_or(0, |last| last + 1);
+            let first = (block.sample + 1).saturating_sub(self.n_back);
+            self.touched.extend(first.max(next)..=block.sample);
+        }
+        let n_touched = self.touched.len();
         self.inverses.resize(self.factors.len(), Vec::new());
         let columns = &mut self.columns;
         for (factor, inverse) in self.factors.iter().zip(&mut self.inverses) {
             columns.clear();
-            columns.resize(self.n_samples * n_blocks, 0.0);
-            for (b, block) in rows.blocks.iter().enumerate() {
-                columns[block.sample * n_blocks + b] = 1.0;
+            columns.resize(self.n_samples * n_touched, 0.0);
+            for (idx, sample) in self.touched.iter().enumerate() {
+                columns[sample * n_touched + idx] = 1.0;
             }
-            factor.solve_columns(n_blocks, columns);
+            factor.solve_columns(n_touched, columns);
             inverse.clear();
-            for block in &rows.blocks {
-                let at = block.sample * n_blocks;
-                inverse.extend_from_slice(&columns[at..at + n_blocks]);
+            for sample in &self.touched {
+                let at = sample * n_touched;
+                inverse.extend_from_slice(&columns[at..at + n_touched]);
             }
         }
     }

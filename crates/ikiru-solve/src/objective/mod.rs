@@ -8,7 +8,7 @@ mod reads;
 mod rows;
 mod view;
 
-pub use reads::{MOST_PARTS, MOST_ROWS, Part, Reads, TermReads, Unfit};
+pub use reads::{MOST_EARLIER, MOST_PARTS, MOST_ROWS, Part, Reads, TermReads, Unfit};
 pub use rows::Rows;
 pub(crate) use rows::{RowMemory, Scratch};
 pub use view::{JointCoords, View};

@@ -12,6 +12,9 @@ pub const MOST_PARTS: usize = 4;
 /// The most rows of one part that is not [separable](Part::separable).
 pub const MOST_ROWS: usize = 1024;
 
+/// The most samples before its own that an objective may read.
+pub const MOST_EARLIER: usize = 3;
+
 /// Some rows of an objective that belong together: the loss is applied to their length, and a tolerance holds for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
@@ -78,6 +81,8 @@ pub struct TermReads {
     pub parts: Vec<Part>,
     /// Whether it has a potential.
     pub has_potential: bool,
+    /// At how many earlier samples of a motion it reads the same frames.
+    pub n_earlier: usize,
 }
 
 impl TermReads {
@@ -86,6 +91,7 @@ impl TermReads {
         self.motions.clear();
         self.parts.clear();
         self.has_potential = false;
+        self.n_earlier = 0;
     }
 }
 
@@ -162,6 +168,19 @@ impl<'a> Reads<'a> {
     /// Has a potential by the motions that it reads: a value that no rows make up. See [`Rows::add_value`](crate::Rows::add_value).
     pub fn potential(&mut self) {
         self.of.has_potential = true;
+    }
+
+    /// Reads the same frames at so many samples before, too: at most [`MOST_EARLIER`]. It then belongs in a motion, where
+    /// it holds from the first sample on that has as many before it.
+    ///
+    /// # Errors
+    /// More of them.
+    pub fn earlier(&mut self, n_samples: usize) -> Result<(), Unfit> {
+        if n_samples > MOST_EARLIER {
+            return Err("reads more than 3 earlier samples".into());
+        }
+        self.of.n_earlier = n_samples;
+        Ok(())
     }
 
     #[inline]

@@ -8,7 +8,7 @@ use crate::objective::MOST_PARTS;
 /// The derivatives of the rows of all terms, and what else these said.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowMemory {
-    /// For each term `[frame][slot][6]`.
+    /// For each term `[samples back][frame][slot][6]`.
     pub(crate) by_frame: Vec<f64>,
     /// For each term whose rows may read several motions, `[slot][degree of freedom of the motions that are read]`.
     pub(crate) by_motion: Vec<f64>,
@@ -129,6 +129,14 @@ impl<'a> Rows<'a> {
     pub fn by_frame(&mut self, row: usize, frame: usize) -> &mut [f64] {
         let at = self.term.by_frame.start + (frame * self.term.n_slots + row) * 6;
         &mut self.memory.by_frame[at..at + 6]
+    }
+
+    /// The same by a frame so many samples earlier, from 1.
+    ///
+    /// # Panics
+    /// When the objective has no such row or frame, or does not read so many [earlier](crate::Reads::earlier) samples.
+    pub fn by_earlier_frame(&mut self, row: usize, back: usize, frame: usize) -> &mut [f64] {
+        self.by_frame(row, back * self.term.nodes.len() + frame)
     }
 
     /// The derivative of a row by the tangent of a joint whose own motion is read: translations first, then turns. It is

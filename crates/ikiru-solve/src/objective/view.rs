@@ -17,6 +17,8 @@ pub struct JointCoords<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     pub(crate) frames: &'a [Frame<f64>],
+    /// The same at earlier samples, one after the other.
+    pub(crate) earlier: &'a [Frame<f64>],
     pub(crate) motions: &'a [JointRead],
     pub(crate) coords: &'a [f64],
 }
@@ -30,6 +32,16 @@ impl<'a> View<'a> {
     #[must_use]
     pub fn frame(&self, idx: usize) -> &'a Frame<f64> {
         &self.frames[idx]
+    }
+
+    /// `world_from_joint` of one of its frames so many samples earlier, from 1.
+    ///
+    /// # Panics
+    /// When it does not read so many frames or [earlier](crate::Reads::earlier) samples.
+    #[inline]
+    #[must_use]
+    pub fn earlier(&self, back: usize, idx: usize) -> &'a Frame<f64> {
+        &self.earlier[(back - 1) * self.frames.len() + idx]
     }
 
     /// `world_from_joint` of all its frames.

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use ikiru_rig::{JointMotion, Vec3};
+use ikiru_rig::{Frame, JointMotion, Vec3};
 
 use crate::layout::{Layout, NONE, Node, PartLayout, Place, Run, TermLayout, n_translations};
+use crate::objective::RowMemory;
 use crate::problem::Terms;
 use crate::state::{Constants, State};
 
@@ -61,13 +62,41 @@ impl State {
         }
         for run in &t.runs {
             match (t.sums_up, run.has_force) {
-                (false, false) => self.walk_up::<false>(layout, t, run),
-                (false, true) => self.walk_up::<true>(layout, t, run),
+                (false, false) => {
+                    let tree = Tree { layout, frames: &self.frames, directions: &self.directions };
+                    walk_up::<false>(&tree, t, run, 0, &self.memory.by_frame, &mut self.jacobian);
+                }
+                (false, true) => {
+                    let tree = Tree { layout, frames: &self.frames, directions: &self.directions };
+                    walk_up::<true>(&tree, t, run, 0, &self.memory.by_frame, &mut self.force_jacobian);
+                }
                 (true, false) => self.sum_up::<false>(layout, t, run),
                 (true, true) => self.sum_up::<true>(layout, t, run),
             }
             if !t.by_motion.is_empty() {
                 self.add_motions(layout, t, run);
+            }
+        }
+    }
+
+    /// The derivative of the rows of a linearized sample by the degrees of freedom of this one, so many samples before it.
+    pub(crate) fn carry_back(
+        &mut self,
+        layout: &Layout,
+        terms: &impl Terms,
+        linearized: &RowMemory,
+        back: usize,
+    ) {
+        self.jacobian.fill(0.0);
+        self.force_jacobian.fill(0.0);
+        let tree = Tree { layout, frames: &self.frames, directions: &self.directions };
+        for t in layout.terms.iter().filter(|t| t.n_earlier >= back && terms.is_on(t.term)) {
+            for run in &t.runs {
+                if run.has_force {
+                    walk_up::<true>(&tree, t, run, back, &linearized.by_frame, &mut self.force_jacobian);
+                } else {
+                    walk_up::<false>(&tree, t, run, back, &linearized.by_frame, &mut self.jacobian);
+                }
             }
         }
     }
@@ -78,7 +107,7 @@ impl State {
         for (scaled, residual) in self.scaled[rows.clone()].iter_mut().zip(&self.residual[rows]) {
             *scaled = residual * scale;
         }
-        for frame in 0..t.nodes.len() {
+        for frame in 0..t.nodes.len() * (1 + t.n_earlier) {
             let at = t.by_frame.start + (frame * t.n_slots + part.slot) * 6;
             for entry in &mut self.memory.by_frame[at..at + 6 * part.n_rows] {
                 *entry *= scale;
@@ -89,42 +118,6 @@ impl State {
             self.memory.by_motion[at..at + part.n_rows * t.n_motion_dofs]
                 .iter_mut()
                 .for_each(|entry| *entry *= scale);
-        }
-    }
-
-    /// The shared walk: for a rotation about axis a through o, a frame at p moves by a × (p − o) and turns by a. With
-    /// rows (f, m) by velocity and turn, a's entry is a · ((p − o) × f + m).
-    #[inline(always)]
-    fn walk_up<const FORCE: bool>(&mut self, layout: &Layout, t: &TermLayout, run: &Run) {
-        let jacobian = if FORCE { &mut self.force_jacobian } else { &mut self.jacobian };
-        for (frame, &read) in t.nodes.iter().enumerate() {
-            let first = t.by_frame.start + (frame * t.n_slots + run.slots.start) * 6;
-            let rows = &self.memory.by_frame[first..first + 6 * run.slots.len()];
-            let p = self.frames[read as usize].origin;
-            let mut at = read;
-            while let Some(node) = layout.nodes.get(at as usize) {
-                if node.n_screws > 0 {
-                    let directions =
-                        &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
-                    let arm = p - self.frames[at as usize].origin;
-                    let n_translations = n_translations(&node.motion);
-                    let mut place = entries::<FORCE>(layout, run, node);
-                    let (threes, rest) = rows.as_chunks::<18>();
-                    for rows in threes {
-                        add_rows::<3, FORCE>(rows, arm, directions, n_translations, &mut place, jacobian);
-                    }
-                    match rest.len() / 6 {
-                        2 => {
-                            add_rows::<2, FORCE>(rest, arm, directions, n_translations, &mut place, jacobian);
-                        }
-                        1 => {
-                            add_rows::<1, FORCE>(rest, arm, directions, n_translations, &mut place, jacobian);
-                        }
-                        _ => {}
-                    }
-                }
-                at = node.parent;
-            }
         }
     }
 
@@ -269,6 +262,51 @@ impl State {
             let term = &problem.terms()[t.term];
             !term.counts() || self.is_within(layout, t, &term.tolerance)
         })
+    }
+}
+
+/// Where everything is, as far as a walk along the tree needs it.
+struct Tree<'a> {
+    layout: &'a Layout,
+    frames: &'a [Frame<f64>],
+    directions: &'a [Vec3<f64>],
+}
+
+/// The shared walk: for a rotation about axis a through o, a frame at p moves by a × (p − o) and turns by a. With
+/// rows (f, m) by velocity and turn, a's entry is a · ((p − o) × f + m).
+#[inline(always)]
+fn walk_up<const FORCE: bool>(
+    tree: &Tree<'_>,
+    t: &TermLayout,
+    run: &Run,
+    back: usize,
+    by_frame: &[f64],
+    jacobian: &mut [f64],
+) {
+    for (frame, &read) in t.nodes.iter().enumerate() {
+        let frame = back * t.nodes.len() + frame;
+        let first = t.by_frame.start + (frame * t.n_slots + run.slots.start) * 6;
+        let rows = &by_frame[first..first + 6 * run.slots.len()];
+        let p = tree.frames[read as usize].origin;
+        let mut at = read;
+        while let Some(node) = tree.layout.nodes.get(at as usize) {
+            if node.n_screws > 0 {
+                let directions = &tree.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
+                let arm = p - tree.frames[at as usize].origin;
+                let n_translations = n_translations(&node.motion);
+                let mut place = entries::<FORCE>(tree.layout, run, node);
+                let (threes, rest) = rows.as_chunks::<18>();
+                for rows in threes {
+                    add_rows::<3, FORCE>(rows, arm, directions, n_translations, &mut place, jacobian);
+                }
+                match rest.len() / 6 {
+                    2 => add_rows::<2, FORCE>(rest, arm, directions, n_translations, &mut place, jacobian),
+                    1 => add_rows::<1, FORCE>(rest, arm, directions, n_translations, &mut place, jacobian),
+                    _ => {}
+                }
+            }
+            at = node.parent;
+        }
     }
 }
 

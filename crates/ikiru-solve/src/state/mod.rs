@@ -60,6 +60,9 @@ pub(crate) struct State {
     /// The potential of each term that has one.
     pub(crate) values: Vec<f64>,
     gathered: Vec<Frame<f64>>,
+    /// Frames of the nodes at earlier samples, the nearest first, and those of them that a term reads.
+    earlier: Vec<Vec<Frame<f64>>>,
+    gathered_earlier: Vec<Frame<f64>>,
     /// Sums of rows up the tree: `[node][row]`, force and moment about the world's origin.
     wrenches: Vec<[Vec3<f64>; 2]>,
     pub(crate) memory: RowMemory,
@@ -96,6 +99,8 @@ impl State {
             own_curvature: vec![0.0; layout.n_dofs],
             values: vec![0.0; layout.terms.len()],
             gathered: vec![identity; most(&|t| t.nodes.len())],
+            earlier: vec![vec![identity; layout.nodes.len()]; layout.n_earlier],
+            gathered_earlier: Vec::with_capacity(most(&|t| t.n_earlier * t.nodes.len())),
             wrenches: vec![[Vec3::zero(); 2]; n_wrenches],
             memory: RowMemory {
                 by_frame: vec![0.0; layout.n_by_frame],
@@ -243,6 +248,13 @@ impl State {
         self.frames[idx] = frame;
     }
 
+    /// Takes over the frames so many samples back, from 0, from a state of that sample.
+    pub(crate) fn set_earlier(&mut self, layout: &Layout, back: usize, state: &mut Self) {
+        state.forward(layout);
+        self.earlier[back].copy_from_slice(&state.frames);
+        self.forget_constants();
+    }
+
     /// World frames of the nodes.
     pub(crate) fn frames(&self) -> &[Frame<f64>] {
         &self.frames
@@ -327,7 +339,12 @@ impl State {
             }
             &*gathered
         };
-        let view = View { frames, motions: &t.joint_reads, coords: &self.coords };
+        self.gathered_earlier.clear();
+        for back in &self.earlier[..t.n_earlier] {
+            self.gathered_earlier.extend(t.nodes.iter().map(|node| back[*node as usize]));
+        }
+        let earlier = &self.gathered_earlier;
+        let view = View { frames, earlier, motions: &t.joint_reads, coords: &self.coords };
         objective
             .evaluate(&view, &mut Rows::new(&mut self.residual, t, parts, &mut self.memory, DERIVATIVES));
         let squares = self.squares[t.parts.clone()].iter_mut().zip(&mut self.n_open[t.parts.clone()]);

@@ -5,8 +5,9 @@ use glam::DVec3;
 use ikiru_rig::{Clip, JointId, JointMotion, Pose, Rig};
 use ikiru_solve::objectives::{Bound, Coupling, Distance, Position};
 use ikiru_solve::{
-    AdamOptions, Invalid, Method, MotionProblem, MotionReport, MotionWorkspace, PlannedMotion, Solver,
-    SolverOptions, StopReason, Timeline, Tolerance, When,
+    AdamOptions, Invalid, Method, MotionProblem, MotionReport, MotionWorkspace, Objective, Part,
+    PlannedMotion, Reads, Rows, Solver, SolverOptions, StopReason, Timeline, Tolerance, Unfit, Unit, View,
+    When,
 };
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -169,4 +170,86 @@ fn adam_presses_constraints_too() {
         n_near += usize::from(missed(&plan(&motion, &rig, options).report) < 0.02);
     }
     assert!(n_near >= 15, "{n_near} of 20");
+}
+
+/// A point of a joint where it was a sample ago: a foot that does not slide.
+#[derive(Clone, Debug)]
+struct Still {
+    joint: JointId,
+    point: DVec3,
+}
+
+impl Objective for Still {
+    fn kind(&self) -> &'static str {
+        "still"
+    }
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.earlier(1)?;
+        reads.part(Part::new(3, Unit::Metres))
+    }
+    fn check(&self) -> Result<(), Unfit> {
+        Ok(())
+    }
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        let arms = [view.frame(0), view.earlier(1, 0)]
+            .map(|frame| (frame.origin.value(), frame.rotation.apply_constant(self.point).value()));
+        let slip = arms[0].0 + arms[0].1 - arms[1].0 - arms[1].1;
+        let first = rows.open(0, slip.to_array());
+        if rows.wants_jacobian() {
+            for (back, sign) in [(0, 1.0), (1, -1.0)] {
+                for (i, axis) in DVec3::AXES.into_iter().enumerate() {
+                    let out = rows.by_earlier_frame(first + i, back, 0);
+                    out[..3].copy_from_slice(&(sign * axis).to_array());
+                    out[3..].copy_from_slice(&(sign * arms[back].1.cross(axis)).to_array());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_reads_earlier_samples_holds_between_them() {
+    let (mut n_held, mut n_moved) = (0, 0);
+    for number in 0..24 {
+        let mut random = Random::new(number);
+        let rig = random_rig(10, number);
+        let mut start = random_pose(&rig, &mut random);
+        let [foot, hand] = [4, 9].map(JointId::from_index);
+        let still = Still { joint: foot, point: DVec3::new(0.1, 0.0, 0.05) };
+        let timeline = Timeline::seconds(1.0, 10.0).unwrap();
+        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        motion.set_smoothness([0.01; 3]).unwrap();
+        if number % 2 == 0 {
+            motion.fix_start(&start).unwrap();
+        }
+        let reach = random_pose(&rig, &mut random).frame(hand).origin.value();
+        motion.add(1.0, When::End, Position::new(hand, reach)).unwrap();
+        let id = motion.add(1.0, When::Span { from: 0.3, to: 0.8 }, still.clone()).unwrap();
+        let term = motion.term_mut(id);
+        (term.hard, term.tolerance) = (true, Tolerance::HARD);
+        start.project();
+        let guess = Clip::new("still", vec![0.0], vec![start.clone()]).unwrap();
+        let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default());
+        assert!(planned.report.invalid.is_none(), "{:?}", planned.report.invalid);
+        let at = |sample: usize| {
+            let frame = planned.clip.poses()[sample].frame(foot);
+            frame.origin.value() + frame.rotation.apply_constant(still.point).value()
+        };
+        // From the sample before the first that it holds at, to the last.
+        let slip = (3..=8).map(|sample| at(sample).distance(at(sample - 1))).fold(0.0, f64::max);
+        n_held += usize::from(slip < 1e-6);
+        n_moved += usize::from(at(10).distance(at(8)) > 1e-3);
+        assert!((planned.report.terms[1].residual - slip).abs() < 1e-9);
+        // It is no part of a single pose.
+        assert_eq!(motion.at(5).terms().len(), 0);
+    }
+    assert!(n_held >= 23 && n_moved > 3, "{n_held}, {n_moved}");
+    let rig = random_rig(10, 1);
+    let mut problem = ikiru_solve::Problem::whole_body(&rig);
+    problem.add_hard(Still { joint: JointId::from_index(4), point: DVec3::ZERO });
+    let mut workspace = Solver::default().workspace(&problem);
+    let report = Solver::default().solve(&problem, &mut rig.rest_pose(), &mut workspace);
+    let Some(Invalid::Term(0, unfit)) = report.invalid else { panic!("{:?}", report.invalid) };
+    assert!(unfit.reason.contains("belongs in a motion"));
 }
