@@ -141,14 +141,18 @@ impl Solver {
         iterations: usize,
     ) -> Summary {
         let failure = w.state.memory.failure.take();
-        let cost = if outcome.is_evaluated { outcome.cost } else { w.state.evaluate(&w.layout, problem) };
+        let mut cost = if outcome.is_evaluated { outcome.cost } else { w.state.evaluate(&w.layout, problem) };
+        if failure.is_some() {
+            // What gave up once may give up again: the cost is what it was when this pose was found.
+            (cost, w.state.memory.failure) = (outcome.cost, None);
+        }
         report_terms(&w.layout, problem, &mut w.state, &mut w.terms);
         let success = match self.options.cost_below {
             Some(bar) => cost < bar && w.terms.iter().all(|t| t.satisfied || !t.hard),
             None => w.terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
         let stop = match outcome.stop {
-            StopReason::ObjectiveFailed => StopReason::ObjectiveFailed,
+            _ if failure.is_some() => StopReason::ObjectiveFailed,
             _ if success => StopReason::Reached,
             // The cost is as good as nothing, and yet a term of next to no weight is not met.
             StopReason::Reached => StopReason::Converged,

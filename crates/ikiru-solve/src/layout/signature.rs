@@ -57,12 +57,15 @@ impl Signature {
             check_objective(problem.rig(), term.objective(), &mut reads).map_err(|unfit| (idx, unfit))?;
             terms.push((reads, term.hard));
         }
-        Ok(Self {
-            rig: Some(problem.rig().clone()),
-            active: problem.active_flags().to_vec(),
-            terms,
-            now: TermReads::default(),
-        })
+        let most = |of: fn(&TermReads) -> usize| terms.iter().map(|(reads, _)| of(reads)).max().unwrap_or(0);
+        let now = TermReads {
+            frames: Vec::with_capacity(most(|reads| reads.frames.len())),
+            motions: Vec::with_capacity(most(|reads| reads.motions.len())),
+            parts: Vec::with_capacity(most(|reads| reads.parts.len())),
+            ..TermReads::default()
+        };
+        let (rig, active) = (Some(problem.rig().clone()), problem.active_flags().to_vec());
+        Ok(Self { rig, active, terms, now })
     }
 }
 

@@ -81,7 +81,7 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
     let way = random.vector(0.5);
     let led = joint(&mut random);
     motion.add_moving(0.3, When::Throughout, |secs| Position::new(led, target + way * secs)).unwrap();
-    if number % 3 == 0 {
+    if number.is_multiple_of(3) {
         let point = random.vector(0.3);
         let drift = Drift { joint: joint(&mut random), point, n_earlier: 1 + random.below(2) };
         motion.add(0.5, When::Span { from: 0.25, to: 1.0 }, drift).unwrap();

@@ -25,6 +25,7 @@ mod state;
 mod step;
 mod system;
 mod timeline;
+mod track;
 mod when;
 
 pub use error::MotionError;

@@ -194,7 +194,12 @@ impl<'a> Run<'a> {
         }
         let (outcome, restarts) = self.search(cost);
         let failure = self.state.sample.memory.failure.take();
-        let cost = self.settled_cost + self.state.evaluate(&self.layout, self.motion);
+        let mut cost = self.settled_cost + self.state.evaluate(&self.layout, self.motion);
+        if failure.is_some() {
+            // What gave up once may give up again: the cost is what it was when this motion was found.
+            cost = self.settled_cost + outcome.cost;
+            self.state.sample.memory.failure = None;
+        }
         let (smoothness, spacing) = (self.state.smoothness_cost, self.state.spacing_cost);
         let mut terms = report_terms(&self.layout, self.motion, &mut self.state);
         let within = match self.solver.options().cost_below {
@@ -212,7 +217,7 @@ impl<'a> Run<'a> {
         }
         let success = within && exceeded.is_empty();
         let stop = match outcome.stop {
-            StopReason::ObjectiveFailed => StopReason::ObjectiveFailed,
+            _ if failure.is_some() => StopReason::ObjectiveFailed,
             _ if success => StopReason::Reached,
             // All that is wanted, but beyond a limit on rates.
             StopReason::Reached => StopReason::NoProgress,

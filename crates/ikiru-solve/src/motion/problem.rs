@@ -8,33 +8,11 @@ use crate::layout::check_objective;
 use crate::motion::error::MotionError;
 use crate::motion::sample_terms::SampleTerms;
 use crate::motion::timeline::Timeline;
+use crate::motion::track::{Track, n_earlier, reads_the_same};
 use crate::motion::when::When;
-use crate::objective::{Objective, Reads, TermReads, Unfit};
+use crate::objective::{Objective, TermReads, Unfit};
 use crate::problem::Problem;
 use crate::term::{AnyObjective, Term, TermId};
-
-/// Where a term holds, and its objectives where they move.
-#[derive(Clone, Debug)]
-pub(crate) struct Track {
-    pub(crate) samples: Range<usize>,
-    /// How many samples before its own the term reads.
-    pub(crate) n_earlier: usize,
-    /// One a sample; empty for an objective that stays.
-    pub(crate) moving: Vec<Box<dyn AnyObjective>>,
-}
-
-impl Track {
-    /// Whether the term holds at a sample, which has to have as many before it as the term reads.
-    fn holds(&self, sample: usize) -> bool {
-        self.samples.contains(&sample) && sample >= self.n_earlier
-    }
-}
-
-/// How many samples before its own an objective reads; what does not fit the rig is told when the motion is planned.
-fn n_earlier(rig: &Rig, objective: &dyn Objective) -> usize {
-    let mut reads = TermReads::default();
-    objective.reads(&mut Reads::new(rig, &mut reads)).map_or(0, |()| reads.n_earlier)
-}
 
 /// Which joints may move, what is wanted when, how smooth the motion should be, and which samples are given.
 ///
@@ -496,15 +474,6 @@ impl MotionProblem {
     pub(crate) fn settled_at(&self, sample: usize) -> SampleTerms<'_> {
         SampleTerms::settled(self, sample)
     }
-}
-
-fn reads_the_same(rig: &Rig, a: &dyn Objective, b: &dyn Objective) -> bool {
-    let reads = |objective: &dyn Objective| {
-        let mut reads = TermReads::default();
-        // What does not fit the rig is told when the motion is planned.
-        objective.reads(&mut Reads::new(rig, &mut reads)).map(|()| reads)
-    };
-    reads(a) == reads(b)
 }
 
 fn check_weights(weights: [f64; 3]) -> Result<(), MotionError> {

@@ -181,7 +181,8 @@ impl Ccd {
         let coords = if best < cost { &self.best } else { &self.from };
         if state.coords != *coords {
             state.coords.copy_from_slice(coords);
-            return state.evaluate(layout, problem);
+            // What gives up in between does not spoil what is known.
+            return state.evaluate(layout, problem).min(best.min(cost));
         }
         best.min(cost)
     }

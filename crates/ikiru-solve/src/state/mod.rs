@@ -266,7 +266,7 @@ impl State {
     }
 
     /// Frames, residuals and cost at the current coordinates. A cost that is not a number comes out as
-    /// infinite, so that no step leads there.
+    /// infinite, so that no step leads there; so does that of an objective that gave up.
     pub(crate) fn evaluate(&mut self, layout: &Layout, terms: &impl Terms) -> f64 {
         self.evaluate_with::<false>(layout, terms)
     }
@@ -309,7 +309,7 @@ impl State {
             self.constants = Constants::Evaluated;
         }
         self.has_derivatives = DERIVATIVES;
-        if cost.is_nan() { f64::INFINITY } else { cost }
+        if cost.is_nan() || self.memory.failure.is_some() { f64::INFINITY } else { cost }
     }
 
     /// By how much the rows of a hard term are missed, summed up.

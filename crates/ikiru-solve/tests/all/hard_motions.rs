@@ -58,7 +58,7 @@ fn case(number: u64, n_samples: usize) -> (Rig, MotionProblem) {
     (rig, motion)
 }
 
-fn hard<T: ikiru_solve::Objective + Clone>(motion: &mut MotionProblem, when: When, objective: T) {
+fn hard<T: Objective + Clone>(motion: &mut MotionProblem, when: When, objective: T) {
     let id = motion.add(1.0, when, objective).unwrap();
     let term = motion.term_mut(id);
     (term.hard, term.tolerance) = (true, Tolerance::HARD);

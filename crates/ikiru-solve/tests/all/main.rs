@@ -4,6 +4,7 @@ mod baselines;
 mod bits;
 mod centred_cones;
 mod common;
+mod contract;
 mod custom;
 mod hard;
 mod hard_motions;
