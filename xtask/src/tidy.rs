@@ -3,6 +3,7 @@
 mod architecture;
 mod catch_all;
 mod code;
+mod defaults;
 mod dependencies;
 mod foreign;
 mod kinds;
@@ -77,6 +78,7 @@ fn check(project: &Project) -> Result<Vec<Finding>> {
         foreign::check,
         type_names::check,
         catch_all::check,
+        defaults::check,
         kinds::check,
         words::check,
     ];
