@@ -8,8 +8,8 @@ use crate::words::Unit;
 
 /// Brings a point of a joint to a point of the world.
 ///
-/// Residual: `world_from_joint · point − target`, 3 rows in metres. With [`Loss::Norm`] the cost is the
-/// paper's unsquared distance (equation 16).
+/// Residual: `world_from_joint · point − target`, 3 rows in metres. With [`Loss::Norm`](crate::Loss::Norm) the cost
+/// is the paper's unsquared distance (equation 16).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Position {
     /// The joint to move.

@@ -339,11 +339,15 @@ impl State {
             }
             &*gathered
         };
-        self.gathered_earlier.clear();
-        for back in &self.earlier[..t.n_earlier] {
-            self.gathered_earlier.extend(t.nodes.iter().map(|node| back[*node as usize]));
-        }
-        let earlier = &self.gathered_earlier;
+        let earlier = if t.n_earlier == 0 {
+            &[][..]
+        } else {
+            self.gathered_earlier.clear();
+            for back in &self.earlier[..t.n_earlier] {
+                self.gathered_earlier.extend(t.nodes.iter().map(|node| back[*node as usize]));
+            }
+            &self.gathered_earlier
+        };
         let view = View { frames, earlier, motions: &t.joint_reads, coords: &self.coords };
         objective
             .evaluate(&view, &mut Rows::new(&mut self.residual, t, parts, &mut self.memory, DERIVATIVES));
