@@ -46,10 +46,12 @@ mod scalar;
 mod shape;
 mod trig;
 
+pub mod body;
 pub mod humanoid;
 pub mod kinematics;
 pub mod maths;
 
+pub use body::Segment;
 pub use clip::{
     Clip, ClipError, ClipMeasure, LimitMargin, Margin, Peak, Rate, RateExcess, RateLimit, RatePart,
     RateSummaries, RateSummary, Rates, Retimed,

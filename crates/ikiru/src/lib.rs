@@ -160,7 +160,7 @@ pub use glam::{DQuat, DVec3};
 pub use ikiru_formats::Loaded;
 pub use ikiru_rig::{
     Clip, Cone, ConeCentre, EulerOrder, Frame, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit,
-    RatePart, Rig, RigBuilder, Role, Scalar,
+    RatePart, Rig, RigBuilder, Role, Scalar, Segment,
 };
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::*;

@@ -1,32 +1,27 @@
 //! Centre of mass: at a point, or over an area of the ground.
 
-use glam::{DVec2, DVec3};
-use ikiru_rig::JointId;
+use glam::{DQuat, DVec2, DVec3};
+use ikiru_rig::Segment;
 
 use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
 use crate::objectives::position::{check_point, check_target};
 use crate::words::Unit;
 
-/// A part of the body that goes with one joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mass {
-    /// The joint.
-    pub joint: JointId,
-    /// Its mass, kilograms, above 0.
-    pub kg: f64,
-    /// Its centre, in the joint's frame (metres).
-    pub center: DVec3,
-}
-
 /// Where the centre of mass should be.
 #[derive(Clone, Debug, PartialEq)]
 enum Wanted {
     At(DVec3),
-    /// Corners of a convex area in x and z, anticlockwise seen from the direction in which z × x looks up.
-    Over {
-        corners: Vec<DVec2>,
-        margin: f64,
-    },
+    Over(Area),
+}
+
+/// A convex area of the ground.
+#[derive(Clone, Debug, PartialEq)]
+struct Area {
+    /// At the height of the world's origin, anticlockwise seen from above.
+    corners: Vec<DVec3>,
+    /// Of unit length.
+    up: DVec3,
+    margin: f64,
 }
 
 /// Brings the body's centre of mass to a point, or over an area of the ground and so far inside it as a margin says.
@@ -35,40 +30,45 @@ enum Wanted {
 /// wants to be at least 0: how far inside the edge the centre is, along the ground, less the margin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CenterOfMass {
-    masses: Vec<Mass>,
+    segments: Vec<Segment>,
     wanted: Wanted,
 }
 
 impl CenterOfMass {
-    /// The centre of these masses at a point of the world (metres).
+    /// The centre of these segments at a point of the world (metres).
     #[must_use]
-    pub fn at(masses: &[Mass], target: DVec3) -> Self {
-        Self { masses: masses.to_vec(), wanted: Wanted::At(target) }
+    pub fn at(segments: &[Segment], target: DVec3) -> Self {
+        Self { segments: segments.to_vec(), wanted: Wanted::At(target) }
     }
 
-    /// The centre of these masses over the convex hull of points `[x, z]` of the ground (metres), and inside it by a
-    /// margin of at least 0 (metres).
+    /// The centre of these segments over the convex hull of points of the world (metres), whatever their heights, and
+    /// inside it by a margin of at least 0 (metres). `up` says what is height: a direction of the world, of any length
+    /// but 0, in the library's own world [`DVec3::Y`].
     ///
     /// # Errors
-    /// Points that are not finite or lie on a line, a margin that leaves nothing of the area.
-    pub fn over(masses: &[Mass], points: &[[f64; 2]], margin: f64) -> Result<Self, Unfit> {
-        if !(margin.is_finite() && margin >= 0.0 && points.iter().flatten().all(|x| x.is_finite())) {
+    /// Points that are not finite or, seen from above, lie on a line; a margin that is not a number of at least 0 or leaves
+    /// nothing of the area; an `up` without direction.
+    pub fn over(segments: &[Segment], points: &[DVec3], up: DVec3, margin: f64) -> Result<Self, Unfit> {
+        let Some(up) = up.try_normalize() else {
+            return Err("has no direction that is up".into());
+        };
+        if !(margin.is_finite() && margin >= 0.0 && points.iter().all(|point| point.is_finite())) {
             return Err("has a margin or points that are not finite, or a margin below 0".into());
         }
-        let corners = hull(points.iter().map(|point| DVec2::from(*point)).collect());
-        if corners.len() < 3 {
+        let area = Area { corners: hull(points, up), up, margin };
+        if area.corners.len() < 3 {
             return Err("has an area without extent: three points that are not on one line are needed".into());
         }
-        if !has_room(&corners, margin) {
+        if !area.has_room() {
             return Err("has a margin that leaves nothing of its area".into());
         }
-        Ok(Self { masses: masses.to_vec(), wanted: Wanted::Over { corners, margin } })
+        Ok(Self { segments: segments.to_vec(), wanted: Wanted::Over(area) })
     }
 
-    /// The masses.
+    /// The parts of the body that it counts.
     #[must_use]
-    pub fn masses(&self) -> &[Mass] {
-        &self.masses
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
     }
 
     /// The point that it aims at, if it aims at one.
@@ -76,7 +76,7 @@ impl CenterOfMass {
     pub fn target(&self) -> Option<DVec3> {
         match self.wanted {
             Wanted::At(target) => Some(target),
-            Wanted::Over { .. } => None,
+            Wanted::Over(_) => None,
         }
     }
 
@@ -85,22 +85,73 @@ impl CenterOfMass {
         self.wanted = Wanted::At(target);
     }
 
-    fn edges(corners: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
-        // The inner normal of an edge, and a point on it.
-        let next = |i: usize| corners[(i + 1) % corners.len()];
-        corners.iter().enumerate().map(move |(i, corner)| ((next(i) - corner).perp().normalize(), *corner))
+    /// The corners of the area that it wants to be over, if there is one, at the height of the world's origin; what is up;
+    /// and the margin (metres).
+    #[must_use]
+    pub fn area(&self) -> Option<(&[DVec3], DVec3, f64)> {
+        match &self.wanted {
+            Wanted::At(_) => None,
+            Wanted::Over(Area { corners, up, margin }) => Some((corners, *up, *margin)),
+        }
+    }
+
+    /// Turns the point, or the area and what is up, about the world's origin: takes them to other axes of the world.
+    pub fn turn(&mut self, rotation: DQuat) {
+        match &mut self.wanted {
+            Wanted::At(target) => *target = rotation * *target,
+            Wanted::Over(area) => {
+                area.corners.iter_mut().for_each(|corner| *corner = rotation * *corner);
+                area.up = rotation * area.up;
+            }
+        }
     }
 }
 
-/// The convex hull, anticlockwise (Andrew's monotone chain).
-fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    let half = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
+impl Area {
+    /// The inner normal of each edge, along the ground, and a point on it.
+    fn edges(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        let next = |i: usize| self.corners[(i + 1) % self.corners.len()];
+        let edge = move |(i, corner): (usize, &DVec3)| (self.up.cross(next(i) - corner).normalize(), *corner);
+        self.corners.iter().enumerate().map(edge)
+    }
+
+    /// Whether something is left inside all edges by the margin: the area cut by each edge in turn.
+    fn has_room(&self) -> bool {
+        let mut left = self.corners.clone();
+        for (normal, on_edge) in self.edges() {
+            let inside = |p: DVec3| normal.dot(p - on_edge) - self.margin;
+            let mut cut = Vec::with_capacity(left.len() + 1);
+            for (i, &p) in left.iter().enumerate() {
+                let next = left[(i + 1) % left.len()];
+                let (here, there) = (inside(p), inside(next));
+                if here >= 0.0 {
+                    cut.push(p);
+                }
+                if (here >= 0.0) != (there >= 0.0) {
+                    cut.push(p + (next - p) * (here / (here - there)));
+                }
+            }
+            left = cut;
+        }
+        !left.is_empty()
+    }
+}
+
+/// The convex hull of points seen from above, anticlockwise (Andrew's monotone chain).
+fn hull(points: &[DVec3], up: DVec3) -> Vec<DVec3> {
+    let first = up.any_orthonormal_vector();
+    let second = up.cross(first);
+    let mut points: Vec<(DVec2, DVec3)> = points
+        .iter()
+        .map(|point| (DVec2::new(first.dot(*point), second.dot(*point)), point.reject_from_normalized(up)))
+        .collect();
+    points.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup_by_key(|(seen, _)| *seen);
+    let half = |points: &mut dyn Iterator<Item = (DVec2, DVec3)>| {
+        let mut chain: Vec<(DVec2, DVec3)> = Vec::new();
         for point in points {
-            while let [.., a, b] = chain[..]
-                && (b - a).perp_dot(point - b) <= 1e-12 * (b - a).length() * (point - b).length()
+            while let [.., (a, _), (b, _)] = chain[..]
+                && (b - a).perp_dot(point.0 - b) <= 1e-12 * (b - a).length() * (point.0 - b).length()
             {
                 chain.pop();
             }
@@ -111,28 +162,7 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     };
     let mut corners = half(&mut points.iter().copied());
     corners.extend(half(&mut points.iter().rev().copied()));
-    corners
-}
-
-/// Whether something is left of a convex area inside all its edges by a margin: the area cut by each edge in turn.
-fn has_room(corners: &[DVec2], margin: f64) -> bool {
-    let mut left = corners.to_vec();
-    for (normal, on_edge) in CenterOfMass::edges(corners) {
-        let inside = |p: DVec2| normal.dot(p - on_edge) - margin;
-        let mut cut = Vec::with_capacity(left.len() + 1);
-        for (i, &p) in left.iter().enumerate() {
-            let next = left[(i + 1) % left.len()];
-            let (here, there) = (inside(p), inside(next));
-            if here >= 0.0 {
-                cut.push(p);
-            }
-            if (here >= 0.0) != (there >= 0.0) {
-                cut.push(p + (next - p) * (here / (here - there)));
-            }
-        }
-        left = cut;
-    }
-    !left.is_empty()
+    corners.into_iter().map(|(_, corner)| corner).collect()
 }
 
 impl Objective for CenterOfMass {
@@ -141,38 +171,38 @@ impl Objective for CenterOfMass {
     }
 
     fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
-        self.masses.iter().try_for_each(|mass| reads.frame(mass.joint))?;
+        self.segments.iter().try_for_each(|segment| reads.frame(segment.joint))?;
         reads.part(match &self.wanted {
             Wanted::At(_) => Part::new(3, Unit::Metres),
-            Wanted::Over { corners, .. } => Part::at_least(corners.len(), Unit::Metres),
+            Wanted::Over(area) => Part::at_least(area.corners.len(), Unit::Metres),
         })
     }
 
     fn check(&self) -> Result<(), Unfit> {
-        if self.masses.is_empty() {
+        if self.segments.is_empty() {
             return Err("has no masses".into());
         }
-        for mass in &self.masses {
-            check_point(mass.center).map_err(|unfit| Unfit { joint: Some(mass.joint), ..unfit })?;
-            if !(mass.kg.is_finite() && mass.kg > 0.0) {
+        for Segment { joint, kg, center } in &self.segments {
+            check_point(*center).map_err(|unfit| Unfit { joint: Some(*joint), ..unfit })?;
+            if !(kg.is_finite() && *kg > 0.0) {
                 let reason = "has a mass that is not a finite number above 0";
-                return Err(Unfit { reason, joint: Some(mass.joint) });
+                return Err(Unfit { reason, joint: Some(*joint) });
             }
         }
         self.target().map_or(Ok(()), check_target)
     }
 
     fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
-        let arm = |idx: usize| view.frame(idx).rotation.apply_constant(self.masses[idx].center).value();
-        let total: f64 = self.masses.iter().map(|mass| mass.kg).sum();
+        let arm = |idx: usize| view.frame(idx).rotation.apply_constant(self.segments[idx].center).value();
+        let total: f64 = self.segments.iter().map(|segment| segment.kg).sum();
         let mut center = DVec3::ZERO;
-        for (idx, mass) in self.masses.iter().enumerate() {
-            center += (view.frame(idx).origin.value() + arm(idx)) * (mass.kg / total);
+        for (idx, segment) in self.segments.iter().enumerate() {
+            center += (view.frame(idx).origin.value() + arm(idx)) * (segment.kg / total);
         }
         // A row whose residual grows along a direction of the world.
         let pull = |rows: &mut Rows<'_>, row: usize, along: DVec3| {
-            for (idx, mass) in self.masses.iter().enumerate() {
-                let along = along * (mass.kg / total);
+            for (idx, segment) in self.segments.iter().enumerate() {
+                let along = along * (segment.kg / total);
                 let out = rows.by_frame(row, idx);
                 out[..3].copy_from_slice(&along.to_array());
                 out[3..].copy_from_slice(&arm(idx).cross(along).to_array());
@@ -185,12 +215,11 @@ impl Objective for CenterOfMass {
                     DVec3::AXES.iter().enumerate().for_each(|(i, axis)| pull(rows, first + i, *axis));
                 }
             }
-            Wanted::Over { corners, margin } => {
-                let ground = DVec2::new(center.x, center.z);
-                for (normal, on_edge) in Self::edges(corners) {
-                    let row = rows.open(0, [normal.dot(ground - on_edge) - margin]);
+            Wanted::Over(area) => {
+                for (normal, on_edge) in area.edges() {
+                    let row = rows.open(0, [normal.dot(center - on_edge) - area.margin]);
                     if rows.wants_jacobian() {
-                        pull(rows, row, DVec3::new(normal.x, 0.0, normal.y));
+                        pull(rows, row, normal);
                     }
                 }
             }
@@ -202,62 +231,108 @@ impl Objective for CenterOfMass {
 mod tests {
     use super::*;
     use crate::check::{check_on_whole_rigs, residual_at};
-    use ikiru_rig::Frame;
+    use ikiru_rig::{Frame, JointId};
     use ikiru_testkit::rigs::Random;
 
-    fn masses(n: usize, random: &mut Random) -> Vec<Mass> {
-        let mass = |idx| Mass {
+    fn segments(n: usize, random: &mut Random) -> Vec<Segment> {
+        let segment = |idx| Segment {
             joint: JointId::from_index(idx),
             kg: random.between(0.1, 9.0),
             center: random.vector(0.2),
         };
-        (0..n).map(mass).collect()
+        (0..n).map(segment).collect()
     }
 
     #[test]
     fn derivatives() {
         check_on_whole_rigs(|rig, random| {
-            let masses = masses(rig.n_joints(), random);
+            let segments = segments(rig.n_joints(), random);
             if random.below(2) == 0 {
-                return CenterOfMass::at(&masses, random.vector(1.0));
+                return CenterOfMass::at(&segments, random.vector(1.0));
             }
-            let points: Vec<[f64; 2]> =
-                (0..7).map(|_| [random.between(-1.0, 1.0), random.between(-1.0, 1.0)]).collect();
-            CenterOfMass::over(&masses, &points, 0.01).unwrap()
+            let points: Vec<DVec3> = (0..7).map(|_| random.vector(1.0)).collect();
+            CenterOfMass::over(&segments, &points, random.vector(1.0), 0.01).unwrap()
         });
+    }
+
+    /// Two segments whose centre is (0.75, 0, 1).
+    fn pair() -> ([Segment; 2], [Frame; 2]) {
+        let joints = [0, 1].map(JointId::from_index);
+        let segments = [
+            Segment { joint: joints[0], kg: 3.0, center: DVec3::X },
+            Segment { joint: joints[1], kg: 1.0, center: DVec3::ZERO },
+        ];
+        let mut away = Frame::identity();
+        away.origin.z = 4.0;
+        (segments, [Frame::identity(), away])
+    }
+
+    fn sorted(mut numbers: Vec<f64>) -> Vec<f64> {
+        numbers.sort_by(f64::total_cmp);
+        numbers
+    }
+
+    #[track_caller]
+    fn near(found: &[f64], expected: &[f64]) {
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        for (a, b) in found.iter().zip(expected) {
+            assert!((a - b).abs() < 1e-12, "{found:?}");
+        }
     }
 
     #[test]
     fn the_center_is_the_weighted_mean() {
-        let joints = [0, 1].map(JointId::from_index);
-        let masses = [
-            Mass { joint: joints[0], kg: 3.0, center: DVec3::X },
-            Mass { joint: joints[1], kg: 1.0, center: DVec3::ZERO },
-        ];
-        let mut away = Frame::identity();
-        away.origin.z = 4.0;
-        let frames = [Frame::identity(), away];
-        let at = CenterOfMass::at(&masses, DVec3::Y);
-        assert_eq!(residual_at(&at, &frames), [0.75, -1.0, 1.0]);
-        // Over a square from 0 to 2 in any order of its corners, in which the centre (0.75, 1) lies.
+        let (segments, frames) = pair();
+        assert_eq!(residual_at(&CenterOfMass::at(&segments, DVec3::Y), &frames), [0.75, -1.0, 1.0]);
+        // Over a square from 0 to 2 in any order of its corners and at any height.
         let square = [[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0], [1.0, 1.0]];
-        let mut inside = residual_at(&CenterOfMass::over(&masses, &square, 0.1).unwrap(), &frames);
-        inside.sort_by(f64::total_cmp);
-        for (found, expected) in inside.iter().zip([0.65, 0.9, 0.9, 1.15]) {
-            assert!((found - expected).abs() < 1e-12, "{inside:?}");
+        let square = square.map(|[x, z]| DVec3::new(x, 9.0 * z - x, z));
+        let over = CenterOfMass::over(&segments, &square, 3.0 * DVec3::Y, 0.1).unwrap();
+        near(&sorted(residual_at(&over, &frames)), &[0.65, 0.9, 0.9, 1.15]);
+        let (corners, up, margin) = over.area().unwrap();
+        assert_eq!((corners.len(), up, margin), (4, DVec3::Y, 0.1));
+        assert!(corners.iter().all(|corner| corner.y == 0.0));
+    }
+
+    #[test]
+    fn what_is_up_says_what_is_ground() {
+        // Forward and left of the same body, where z is up: 0.75 and 0.
+        let (segments, frames) = pair();
+        let area = [[0.5, -1.0], [1.0, -1.0], [1.0, 1.0], [0.5, 1.0]].map(|[x, y]| DVec3::new(x, y, 7.0));
+        let over = CenterOfMass::over(&segments, &area, DVec3::Z, 0.0).unwrap();
+        near(&sorted(residual_at(&over, &frames)), &[0.25, 0.25, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn a_turned_world_is_the_same_wish() {
+        let mut random = Random::new(3);
+        for _ in 0..20 {
+            let segments = segments(1, &mut random);
+            let points: Vec<DVec3> = (0..7).map(|_| random.vector(1.0)).collect();
+            let mut over = CenterOfMass::over(&segments, &points, random.vector(1.0), 0.01).unwrap();
+            let (turn, place) = (random.rotation(), random.vector(1.0));
+            let before = residual_at(&over, &[Frame::new(DQuat::IDENTITY, place)]);
+            over.turn(turn);
+            near(&residual_at(&over, &[Frame::new(turn, turn * place)]), &before);
+            let mut at = CenterOfMass::at(&segments, place);
+            at.turn(turn);
+            assert!(at.target().unwrap().distance(turn * place) < 1e-12);
         }
     }
 
     #[test]
     fn areas_without_room_are_refused() {
-        let masses = masses(1, &mut Random::new(1));
-        let over = |points: &[[f64; 2]], margin| CenterOfMass::over(&masses, points, margin);
-        let triangle = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let segments = segments(1, &mut Random::new(1));
+        let over = |points: &[DVec3], margin| CenterOfMass::over(&segments, points, DVec3::Y, margin);
+        let triangle = [DVec3::ZERO, DVec3::X, DVec3::Z];
         // Its inner circle has the radius 0.2929.
         assert!(over(&triangle, 0.29).is_ok() && over(&triangle, 0.295).is_err());
-        assert!(over(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]], 0.0).is_err());
-        assert!(over(&triangle, -0.1).is_err() && over(&[[f64::NAN, 0.0]; 3], 0.0).is_err());
+        assert!(over(&[DVec3::ZERO, DVec3::ONE, 2.0 * DVec3::ONE], 0.0).is_err());
+        // One above the other.
+        assert!(over(&[DVec3::ZERO, DVec3::X, DVec3::Y], 0.0).is_err());
+        assert!(over(&triangle, -0.1).is_err() && over(&[DVec3::NAN; 3], 0.0).is_err());
+        assert!(CenterOfMass::over(&segments, &triangle, DVec3::ZERO, 0.0).is_err());
         assert!(CenterOfMass::at(&[], DVec3::ZERO).check().is_err());
-        assert!(CenterOfMass::at(&[Mass { kg: 0.0, ..masses[0] }], DVec3::ZERO).check().is_err());
+        assert!(CenterOfMass::at(&[Segment { kg: 0.0, ..segments[0] }], DVec3::ZERO).check().is_err());
     }
 }

@@ -17,7 +17,7 @@ mod rest_pose;
 pub(crate) mod angles;
 
 pub use bound::Bound;
-pub use center_of_mass::{CenterOfMass, Mass};
+pub use center_of_mass::CenterOfMass;
 pub use coupling::Coupling;
 pub use direction::Direction;
 pub use distance::Distance;
