@@ -109,14 +109,16 @@ pub fn read_gltf(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Load
 /// | `spherical` | a ball: not URDF's own, but Bullet's and widely used |
 ///
 /// `<mimic>` makes a follower, whose range narrows its leader's; without `lower` and `upper` it has none of its own.
-/// Followers of followers follow the first leader. What has no bearing on kinematics is skipped:
-/// visuals, inertias, `<safety_controller>`, `<transmission>`, `<gazebo>` and all elements that URDF does not know.
+/// Followers of followers follow the first leader. A link's `<inertial>` gives its mass and where that is to the joint above the
+/// link ([`Loaded::segments`]); links without one, without a `<mass>` in it, or of 0 kg are massless. What has no bearing on
+/// kinematics is skipped: visuals, moments of inertia, `<safety_controller>`, `<transmission>`, `<gazebo>` and all elements that
+/// URDF does not know.
 ///
 /// Robots whose makers put y up all the same (some of Bullet's) lie on their backs: URDF has no way to say so.
 ///
 /// # Errors
 /// When the file is not valid; the error names line, column and element. Links that make no tree, a missing
-/// `<limit>`, an axis of length 0, and xacro markup are errors.
+/// `<limit>`, an axis of length 0, a mass below 0, and xacro markup are errors.
 pub fn read_urdf(bytes: &[u8], name: &str) -> Result<Loaded, Error> {
     urdf::read::read(bytes, name)
 }

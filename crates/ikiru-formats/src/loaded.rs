@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DQuat;
-use ikiru_rig::{Clip, Frame, Joint, JointId, JointMotion, Pose, PoseError, Rig};
+use ikiru_rig::{Clip, Frame, Joint, JointId, JointMotion, Pose, PoseError, Rig, Segment};
 
 use crate::bvh::Layout;
 use crate::collision::CollisionShape;
@@ -30,6 +30,7 @@ pub struct Loaded {
     pub(crate) source: Option<Arc<Source>>,
     pub(crate) layout: Option<Arc<Layout>>,
     pub(crate) collision_shapes: Vec<CollisionShape>,
+    pub(crate) segments: Vec<Segment>,
 }
 
 impl Loaded {
@@ -47,6 +48,7 @@ impl Loaded {
             source: None,
             layout: None,
             collision_shapes: Vec::new(),
+            segments: Vec::new(),
         }
     }
 
@@ -92,6 +94,13 @@ impl Loaded {
     #[must_use]
     pub fn collision_shapes(&self) -> &[CollisionShape] {
         &self.collision_shapes
+    }
+
+    /// The parts of the body with their masses, as the file has them, in its order: the `<inertial>`s of a URDF. Empty for
+    /// files that say nothing of masses.
+    #[must_use]
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
     }
 
     /// The same without clips, and without what was said of them.

@@ -99,7 +99,9 @@ fn a_free_root_reports_its_translation() {
 #[test]
 fn inspect_shows_everything() {
     let report = ikiru(&["inspect", "builtin:human", "--json"]).json();
-    assert_eq!(keys(&report), ["joints", "n_dofs", "height", "facing", "clips", "warnings"]);
+    assert_eq!(keys(&report), ["joints", "n_dofs", "height", "facing", "clips", "warnings", "body"]);
+    // Nothing is known of its masses.
+    assert_eq!(report["body"].to_string(), r#"{"segments":[]}"#);
     let joints = report["joints"].as_array().unwrap();
     let of_joint = ["name", "parent", "motion", "role", "limits", "limits_from", "rest", "follows"];
     assert_eq!(keys(&joints[0]), of_joint);

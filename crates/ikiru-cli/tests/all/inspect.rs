@@ -79,3 +79,18 @@ fn roles_of_the_scenario_are_shown() {
     assert!(text.lines().find(is_hand).unwrap().contains("LeftForeArm"), "{text}");
     assert!(text.contains("no joint is leftLowerArm"), "{text}");
 }
+
+#[test]
+fn masses_of_a_robot_are_shown() {
+    let report = ikiru_in(&root(), &["inspect", "builtin:g1", "--json"]).json();
+    let segments = report["body"]["segments"].as_array().unwrap();
+    // Added up by another program.
+    let total: f64 = segments.iter().map(|segment| segment["kg"].as_f64().unwrap()).sum();
+    assert!((total - 33.341_142_02).abs() < 1e-9, "{total}");
+    let expected = r#"{"joint":"pelvis","kg":3.813,"center":[0.0,0.0,-0.07605]}"#;
+    assert_eq!(segments[0].to_string(), expected);
+    let text = ikiru_in(&root(), &["inspect", "builtin:g1"]).stdout;
+    let line = text.lines().find(|line| line.contains("centre of mass")).unwrap();
+    assert_eq!(line, "33.341 kg in 35 segments, centre of mass at rest: 0 -0.089 0.02");
+    assert!(!ikiru_in(&root(), &["inspect", "builtin:human"]).stdout.contains("centre of mass"));
+}

@@ -44,20 +44,35 @@ pub(crate) struct Shape {
     pub(crate) kind: ShapeKind,
 }
 
+/// How heavy a link is, and where: massless ones have none.
+pub(crate) struct Inertial {
+    /// Position of the link.
+    pub(crate) link: usize,
+    pub(crate) kg: f64,
+    /// In the link's frame.
+    pub(crate) center: DVec3,
+}
+
 /// Everything that is read.
 pub(crate) struct Document<'t> {
     pub(crate) text: Text<'t>,
     pub(crate) links: Vec<Link<'t>>,
     pub(crate) joints: Vec<JointElement<'t>>,
     pub(crate) shapes: Vec<Shape>,
+    pub(crate) inertials: Vec<Inertial>,
 }
 
 impl<'t> Document<'t> {
     /// Reads `<robot>` and skips what kinematics does not need.
     pub(crate) fn parse(text: &'t str, warnings: &mut Warnings) -> Result<Self, Trouble> {
         let mut scanner = Scanner::new(text);
-        let mut document =
-            Self { text: scanner.text, links: Vec::new(), joints: Vec::new(), shapes: Vec::new() };
+        let mut document = Self {
+            text: scanner.text,
+            links: Vec::new(),
+            joints: Vec::new(),
+            shapes: Vec::new(),
+            inertials: Vec::new(),
+        };
         if let Step::Open(root) = scanner.next()?
             && root.tag != "robot"
         {
@@ -86,10 +101,11 @@ impl<'t> Document<'t> {
         not_too_many(element, self.links.len())?;
         let owner = Owner { what: "link", name: &name };
         let link = self.links.len();
+        let mut has_inertial = false;
         scanner.children(|scanner, child| {
-            if child.tag == "collision" {
+            match child.tag {
                 // What is wrong with a solid is no reason to refuse the kinematics.
-                match collision(scanner, owner)? {
+                "collision" => match collision(scanner, owner)? {
                     Ok(None) => {}
                     Ok(Some((origin, kind))) => self.shapes.push(Shape { link, origin, kind }),
                     Err(trouble) if is_xacro(&trouble) => return Err(trouble),
@@ -98,7 +114,17 @@ impl<'t> Document<'t> {
                         let reason = short(&trouble.kind().to_string());
                         Warning::Urdf(UrdfWarning::CollisionDropped { link, line, reason })
                     }),
+                },
+                "inertial" if std::mem::replace(&mut has_inertial, true) => {
+                    warnings.push(|| repeated(&child, owner, text));
                 }
+                "inertial" => {
+                    let (kg, center) = inertial(scanner, owner, text, warnings)?;
+                    if kg > 0.0 {
+                        self.inertials.push(Inertial { link, kg, center });
+                    }
+                }
+                _ => {}
             }
             Ok(())
         })?;
@@ -189,17 +215,42 @@ impl<'t> Parts<'t> {
             "axis" if self.axis.is_none() => self.axis = Some(element::axis(owner, child)?),
             "limit" if self.limit.is_none() => self.limit = Some(element::limit(owner, child)?),
             "mimic" if self.mimic.is_none() => self.mimic = Some(element::mimic(owner, child)?),
-            "parent" | "child" | "origin" | "axis" | "limit" | "mimic" => warnings.push(|| {
-                Warning::Urdf(UrdfWarning::Repeated {
-                    element: child.tag.to_owned(),
-                    line: text.line(child.at),
-                    owner: owner.to_string(),
-                })
-            }),
+            "parent" | "child" | "origin" | "axis" | "limit" | "mimic" => {
+                warnings.push(|| repeated(child, owner, text));
+            }
             _ => {}
         }
         Ok(())
     }
+}
+
+/// `<inertial>`: kilograms, none where there is no `<mass>`, and where their centre is.
+fn inertial(
+    scanner: &mut Scanner<'_>,
+    owner: Owner<'_>,
+    text: Text<'_>,
+    warnings: &mut Warnings,
+) -> Result<(f64, DVec3), Trouble> {
+    let (mut kg, mut center) = (None, None);
+    scanner.children(|_, child| {
+        match child.tag {
+            "mass" if kg.is_none() => kg = Some(element::mass(owner, &child)?),
+            "origin" if center.is_none() => center = Some(element::origin(owner, &child)?.translation),
+            "mass" | "origin" => warnings.push(|| repeated(&child, owner, text)),
+            _ => {}
+        }
+        Ok(())
+    })?;
+    Ok((kg.unwrap_or_default(), center.unwrap_or_default()))
+}
+
+/// An element that stands where it did before.
+fn repeated(element: &Element<'_>, owner: Owner<'_>, text: Text<'_>) -> Warning {
+    Warning::Urdf(UrdfWarning::Repeated {
+        element: element.tag.to_owned(),
+        line: text.line(element.at),
+        owner: owner.to_string(),
+    })
 }
 
 /// A solid and where it lies.

@@ -148,6 +148,20 @@ pub(crate) fn limit(owner: Owner<'_>, element: &Element<'_>) -> Result<Option<Ra
     Ok(Some(Range::new(min, max)))
 }
 
+/// `<mass value>`: kilograms.
+pub(crate) fn mass(owner: Owner<'_>, element: &Element<'_>) -> Result<f64, Trouble> {
+    let reading = owner.of(element);
+    let expected = "a mass in kilograms, at least 0";
+    let [value] = reading.attributes(["value"])?;
+    let missing = UrdfProblem::NoAttribute { name: "value", expected };
+    let value = value.ok_or_else(|| reading.fault(missing))?;
+    let [kg] = reading.numbers("value", &value)?;
+    if kg < 0.0 {
+        return Err(reading.fault(UrdfProblem::Numbers { name: "value", found: short(&value), expected }));
+    }
+    Ok(kg)
+}
+
 /// Whom a joint follows, and how.
 pub(crate) struct MimicElement<'t> {
     pub(crate) leader: Cow<'t, str>,

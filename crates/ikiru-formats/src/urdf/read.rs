@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Frame, Joint, JointId, JointMotion, Mimic, Range, RigBuilder, RigError};
+use ikiru_rig::{Frame, Joint, JointId, JointMotion, Mimic, Range, RigBuilder, RigError, Segment};
 
 use crate::collision::CollisionShape;
 use crate::error::{Error, Fault, Place};
@@ -54,6 +54,12 @@ fn load_text(text: &str) -> Result<Loaded, Trouble> {
         kind: shape.kind,
     });
     let collision_shapes = collision_shapes.collect();
+    let segments = document.inertials.iter().map(|inertial| Segment {
+        joint: joint_of_link(inertial.link),
+        kg: inertial.kg,
+        center: inertial.center,
+    });
+    let segments = segments.collect();
     drop(tree);
     for problem in builder.assign_roles().problems {
         warnings.push(|| Warning::Role(problem));
@@ -63,6 +69,7 @@ fn load_text(text: &str) -> Result<Loaded, Trouble> {
         warnings: warnings.into_vec(),
         world_from_file: WORLD_FROM_FILE,
         collision_shapes,
+        segments,
         ..Loaded::from_rig(rig)
     })
 }

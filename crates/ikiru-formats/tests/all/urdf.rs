@@ -111,13 +111,64 @@ fn robots_stand_upright_in_the_world() {
 }
 
 #[test]
-fn changes_of_the_rig_keep_the_world_and_the_solids() {
+fn changes_of_the_rig_keep_the_world_the_solids_and_the_masses() {
     let loaded = read(data("robots/kinds.urdf")).unwrap();
     let (world, n_shapes) = (loaded.world_from_file(), loaded.collision_shapes().len());
     let rig = loaded.rig.to_builder().build().unwrap();
     let loaded = loaded.with_rig(rig).unwrap();
     assert_eq!((loaded.world_from_file(), loaded.collision_shapes().len()), (world, n_shapes));
     assert_eq!(n_shapes, 1);
+    let g1 = read("builtin:g1").unwrap();
+    let segments = g1.segments().to_vec();
+    assert_eq!(segments.len(), 35);
+    let mut builder = g1.rig.to_builder();
+    builder.free_root().unwrap();
+    let floating = g1.with_rig(builder.build().unwrap()).unwrap();
+    assert_eq!(floating.segments(), segments);
+    assert_eq!(floating.carrying_clips().unwrap().segments(), segments);
+}
+
+#[test]
+fn masses_are_those_of_the_joint_above_their_link() {
+    // A fixed link's goes with what carries it; the root link has a joint too.
+    let heavy =
+        |name: &str, inside: &str| format!(r#"<link name="{name}"><inertial>{inside}</inertial></link>"#);
+    let text = format!(
+        r#"<robot>{}{}{}{}{}
+           <joint name="turn" type="continuous"><parent link="a"/><child link="b"/></joint>
+           <joint name="stay" type="fixed"><parent link="b"/><child link="c"/><origin xyz="0 0 1"/></joint>
+           <joint name="flat" type="planar"><parent link="a"/><child link="d"/></joint>
+           <joint name="end" type="fixed"><parent link="a"/><child link="e"/></joint></robot>"#,
+        heavy("a", r#"<mass value="2"/>"#),
+        heavy("b", r#"<inertia ixx="no number"/><mass value=" 1e-1 "/><origin xyz="0.1 0 0" rpy="1 2 3"/>"#),
+        heavy("c", r#"<origin xyz="0 0.2 0"/><mass value="0.5"/>"#),
+        heavy("d", r#"<origin xyz="0 0 0.3"/><mass value="3"/>"#),
+        // Massless, in two ways.
+        r#"<link name="e"><inertial><mass value="0"/></inertial></link><link name="f"><inertial/></link>
+           <joint name="last" type="fixed"><parent link="e"/><child link="f"/></joint>"#,
+    );
+    let loaded = read_urdf(text.as_bytes(), "r.urdf").unwrap();
+    let name = |id| loaded.rig.get(id).unwrap().name.as_str();
+    let found: Vec<_> = loaded.segments().iter().map(|s| (name(s.joint), s.kg, s.center)).collect();
+    let expected = [
+        ("a", 2.0, DVec3::ZERO),
+        ("turn", 0.1, DVec3::new(0.1, 0.0, 0.0)),
+        ("stay", 0.5, DVec3::new(0.0, 0.2, 0.0)),
+        ("flat", 3.0, DVec3::new(0.0, 0.0, 0.3)),
+    ];
+    assert_eq!(found, expected);
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let twice = r#"<robot><link name="a"><inertial><mass value="1"/><mass value="2"/></inertial>
+                   <inertial><mass value="-1"/></inertial></link></robot>"#;
+    let loaded = read_urdf(twice.as_bytes(), "r.urdf").unwrap();
+    assert_eq!(loaded.segments().iter().map(|s| s.kg).collect::<Vec<_>>(), [1.0]);
+    let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    let said = [
+        "link 'a' has another <mass> in line 1, the first was used",
+        "link 'a' has another <inertial> in line 2, the first was used",
+    ];
+    assert_eq!(warnings, said);
+    assert!(read("builtin:human").unwrap().segments().is_empty());
 }
 
 #[test]

@@ -277,6 +277,10 @@ fn bytes_and_tags_changed_cut_and_repeated() {
                     assert!(
                         loaded.collision_shapes().iter().all(|s| s.joint.index() < loaded.rig.n_joints())
                     );
+                    for segment in loaded.segments() {
+                        assert!(segment.joint.index() < loaded.rig.n_joints());
+                        assert!(segment.kg > 0.0 && segment.kg.is_finite() && segment.center.is_finite());
+                    }
                 }
                 Err(error) => {
                     counts[1] += 1;

@@ -315,3 +315,26 @@ fn errors_can_be_taken_apart() {
     let expected = UrdfProblem::NoAttribute { name: "name", expected: "a unique name" };
     assert!(matches!(error.kind(), ErrorKind::Urdf(problem) if *problem == expected));
 }
+
+#[test]
+fn masses_that_cannot_be() {
+    let message = |inside: &str| {
+        of(&format!("<robot>\n<link name='a'><inertial>\n  {inside}</inertial></link></robot>"))
+    };
+    let start = "bad.urdf, <mass> of link 'a' (line 3 column 3): ";
+    let expected = "expected a mass in kilograms, at least 0";
+    let negative = message("<mass value='-1'/>");
+    assert_eq!(negative, format!("{start}value=\"-1\" cannot be read, {expected}"));
+    assert_eq!(message("<mass/>"), format!("{start}the attribute value is missing, {expected}"));
+    for (found, words) in
+        [("x", "cannot be read"), ("nan", "cannot be read"), ("inf", "value"), ("1e200", "value")]
+    {
+        let message = message(&format!("<mass value='{found}'/>"));
+        assert!(message.starts_with(start) && message.contains(words), "{message}");
+    }
+    let origin = message("<origin xyz='0 0'/><mass value='1'/>");
+    assert!(
+        origin.contains("<origin> of link 'a' (line 3 column 3): xyz=\"0 0\" cannot be read"),
+        "{origin}"
+    );
+}

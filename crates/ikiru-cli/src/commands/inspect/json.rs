@@ -1,6 +1,6 @@
 //! `inspect --json`.
 
-use ikiru_rig::{ConeCentre, Joint, JointMotion, Range, Rig, Role};
+use ikiru_rig::{ConeCentre, Joint, JointId, JointMotion, Range, Rig, Role, Segment};
 use serde_json::{Value, json};
 
 use super::facts::{Facts, LimitSource};
@@ -35,7 +35,16 @@ pub(super) fn inspected(facts: &Facts) -> Value {
         "facing": facts.facing.map(|facing| facing.to_array()),
         "clips": clips,
         "warnings": facts.warnings,
+        "body": { "segments": segments(facts) },
     })
+}
+
+/// The parts of the body whose masses the file knows.
+fn segments(facts: &Facts) -> Vec<Value> {
+    let name = |joint: JointId| facts.loaded.rig.get(joint).map(|joint| joint.name.as_str());
+    let segments = facts.loaded.segments().iter();
+    let segment = |segment: &Segment| json!({ "joint": name(segment.joint), "kg": segment.kg, "center": segment.center.to_array() });
+    segments.map(segment).collect()
 }
 
 /// The leader of a joint that follows one; its value is `multiplier` times the leader's, plus the offset.

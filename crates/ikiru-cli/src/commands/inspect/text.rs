@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use glam::{DQuat, DVec3};
+use ikiru_rig::body::center_of_mass;
 use ikiru_rig::{Cone, JointId, JointMotion, Mimic, Range, Rig, Role};
 
 use super::facts::{Facts, LimitSource};
@@ -29,6 +30,7 @@ pub(super) fn inspected(facts: &Facts) -> String {
     }
     text += &table(facts);
     let _ = writeln!(text, "\n{MEANING}\n\n{}", stature(facts));
+    text += &masses(facts);
     for clip in &facts.loaded.clips {
         let name = if clip.name().is_empty() { "(no name)" } else { clip.name() };
         let _ = writeln!(text, "clip {name}: {:.2} s, {} frames", clip.duration_secs(), clip.poses().len());
@@ -75,6 +77,15 @@ fn row(facts: &Facts, head: String, id: JointId) -> [String; 6] {
 fn stature(facts: &Facts) -> String {
     let facing = facts.facing.map_or(String::new(), |facing| format!(", faces {}", direction(facing)));
     format!("{} m from the lowest joint to the highest{facing}", length(facts.height))
+}
+
+/// How heavy it is and where that is at rest; nothing where the file does not know.
+fn masses(facts: &Facts) -> String {
+    let (rig, segments) = (&facts.loaded.rig, facts.loaded.segments());
+    let Some(center) = center_of_mass(&rig.rest_pose(), segments) else { return String::new() };
+    let kg: f64 = segments.iter().map(|segment| segment.kg).sum();
+    let center = center.to_array().map(length).join(" ");
+    format!("{} kg in {}, centre of mass at rest: {center}\n", length(kg), counted(segments.len(), "segment"))
 }
 
 fn totals(facts: &Facts) -> String {
