@@ -4,15 +4,16 @@ use std::time::Duration;
 
 use ikiru_formats::pose_json;
 use ikiru_rig::Pose;
-use ikiru_scenario::Scenario;
-use ikiru_solve::{PartReport, Report};
+use ikiru_scenario::{Scenario, ScenarioObjective};
+use ikiru_solve::{PartReport, Problem, Report};
 use serde_json::{Value, json};
 
-use crate::report::warnings;
+use crate::constraints::Constraint;
+use crate::report::{self, warnings};
 
 /// What `solve --json` and `demo --json` print.
-pub(crate) fn solved(scenario: &Scenario, report: &Report<'_>, pose: &Pose, time: Duration) -> Value {
-    let objectives: Vec<Value> = report
+pub(crate) fn solved(scenario: &Scenario, solved: &Report<'_>, pose: &Pose, time: Duration) -> Value {
+    let objectives: Vec<Value> = solved
         .terms
         .iter()
         .enumerate()
@@ -23,6 +24,7 @@ pub(crate) fn solved(scenario: &Scenario, report: &Report<'_>, pose: &Pose, time
                 "joint": scenario.joint_name(idx),
                 "target": scenario.target_json(idx),
                 "weight": term.weight,
+                "level": level(&scenario.objectives, &scenario.problem, idx),
                 "residual": term.residual,
                 "unit": term.unit.symbol(),
                 "cost": term.cost,
@@ -32,17 +34,26 @@ pub(crate) fn solved(scenario: &Scenario, report: &Report<'_>, pose: &Pose, time
             objective
         })
         .collect();
+    let constraints: Vec<Value> =
+        report::constraints(scenario, solved).iter().map(Constraint::json).collect();
     json!({
-        "success": report.success,
-        "stop": report.stop.name(),
-        "cost": report.cost,
-        "iterations": report.iterations,
-        "restarts": report.restarts,
+        "success": solved.success,
+        "stop": solved.stop.name(),
+        "cost": solved.cost,
+        "iterations": solved.iterations,
+        "restarts": solved.restarts,
         "time_us": time.as_secs_f64() * 1e6,
         "objectives": objectives,
-        "warnings": warnings(scenario, report),
+        "constraints": constraints,
+        "warnings": warnings(scenario, solved),
         "pose": pose_json(pose, &scenario.active),
     })
+}
+
+/// The rank of an objective; null where it is optional.
+pub(crate) fn level(objectives: &[ScenarioObjective], problem: &Problem, idx: usize) -> Option<u32> {
+    let term = problem.terms().get(idx).filter(|term| term.mandatory || term.hard);
+    term.and(objectives.get(idx)).map(|objective| objective.level)
 }
 
 /// The residuals of an objective beyond its first: a pose has an angle besides its distance.

@@ -2,6 +2,7 @@
 
 mod args;
 mod commands;
+mod constraints;
 mod failure;
 mod features;
 mod input;

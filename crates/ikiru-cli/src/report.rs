@@ -6,8 +6,9 @@ use std::time::Duration;
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
 use ikiru_rig::{JointId, JointMotion, Pose, Rig, Role};
 use ikiru_scenario::Scenario;
-use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, Report, SolverOptions, StopReason, TermReport};
+use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, PartReport, Report, SolverOptions, StopReason};
 
+use crate::constraints::{self, Constraint};
 use crate::numbers::{self, short};
 use crate::output::printable;
 use crate::warnings;
@@ -39,6 +40,9 @@ pub(crate) fn solved(
     };
     let verdict = if report.success { "reached" } else { "not reached" };
     line(verdict, stop_text(report.stop, scenario.solver.options()));
+    if let Some(constraints) = constraints::text(&constraints(scenario, report)) {
+        line("constraints", constraints);
+    }
     line("cost", numbers::cost(report.cost));
     let starts = match report.restarts {
         0 => "from the start alone".to_owned(),
@@ -68,6 +72,12 @@ pub(crate) fn solved(
     printable(&text).into_owned()
 }
 
+/// The constraints among a scenario's objectives.
+pub(crate) fn constraints<'a>(scenario: &'a Scenario, report: &Report<'_>) -> Vec<Constraint<'a>> {
+    let parts = report.terms.iter().map(|term| (term.parts().collect(), None));
+    constraints::constraints(&scenario.rig, &scenario.problem, &scenario.objectives, parts)
+}
+
 /// A table of objectives, its numbers to the right.
 pub(crate) fn table(header: [&str; 7]) -> Table {
     let mut table = Table::new();
@@ -88,7 +98,7 @@ fn objectives(scenario: &Scenario, report: &Report<'_>) -> Table {
     for (idx, term) in report.terms.iter().enumerate() {
         let mark = match (term.satisfied, term.mandatory) {
             // Nothing is wanted of it.
-            _ if term.weight == 0.0 => "off",
+            _ if term.weight == 0.0 && !term.hard => "off",
             (true, _) => "ok",
             // Where the cost decides, a tolerance does not.
             (false, true) if by_cost && report.success => "",
@@ -100,8 +110,8 @@ fn objectives(scenario: &Scenario, report: &Report<'_>) -> Table {
             scenario.objectives.get(idx).map_or(term.kind, |o| o.kind).to_owned(),
             joint_text(scenario, idx),
             scenario.target_text(idx, short),
-            short(term.weight),
-            residual_text(term),
+            weight_text(term.weight, term.hard),
+            residual_text(term.parts()),
             mark.to_owned(),
         ]);
     }
@@ -120,9 +130,18 @@ fn joint_text(scenario: &Scenario, objective: usize) -> String {
     }
 }
 
-fn residual_text(term: &TermReport) -> String {
-    let others = term.others.iter().map(|part| numbers::residual(part.residual, part.unit));
-    std::iter::once(numbers::residual(term.residual, term.unit)).chain(others).collect::<Vec<_>>().join(", ")
+/// What a term weighs; `hard` where it must hold.
+pub(crate) fn weight_text(weight: f64, is_hard: bool) -> String {
+    if is_hard { "hard".to_owned() } else { short(weight) }
+}
+
+/// The residuals of all parts; of a bound that is kept, what is left to it.
+pub(crate) fn residual_text(parts: impl Iterator<Item = PartReport>) -> String {
+    let text = |PartReport { residual, unit, least }| match least {
+        Some(least) if least > 0.0 => format!("{} left", numbers::residual(least, unit)),
+        _ => numbers::residual(residual, unit),
+    };
+    parts.map(text).collect::<Vec<_>>().join(", ")
 }
 
 pub(crate) fn stop_text(stop: StopReason, options: &SolverOptions) -> String {

@@ -75,9 +75,11 @@
 //! there and is elsewhere leaves one sample to get to it, which is a warning.
 //!
 //! Every objective takes `weight` (1, in a motion as above), `mandatory = true | false`, and `loss`: `"squared"`, `"norm"` or
-//! `{ huber = width }`. The keys `hard` (false) and `level` (1) are there for what must hold and for ranks of wishes: `hard = true` and levels
-//! beyond 1 are refused for now. Tolerances are 0.001 m and 0.5° unless
-//! given. Metres, degrees in keys that end in `_deg`, y up.
+//! `{ huber = width }`. Tolerances are 0.001 m and 0.5° unless given. Metres, degrees in keys that end in `_deg`, y up.
+//!
+//! `hard = true` makes a constraint of an objective of any kind: it holds at the end within its tolerance, 0.0001 m and 0.01° unless
+//! given, whatever that costs, or the report names it. `weight`, `loss` and `mandatory` then say nothing. The key `level` (1) is there
+//! for ranks of wishes: levels beyond 1 are refused for now.
 
 mod at;
 mod axes;
@@ -91,6 +93,7 @@ mod motion;
 mod objective;
 mod planned;
 mod rate_limits;
+mod refusal;
 mod roles;
 mod scenario;
 mod scene;
@@ -113,6 +116,7 @@ pub use motion::{LengthKeys, MotionKeys, MotionScenario, MotionSettings};
 pub use objective::{ObjectiveEntry, ScenarioObjective};
 pub use planned::PlannedScenario;
 pub use rate_limits::RateKeys;
+pub use refusal::refusal;
 pub use scenario::{Scenario, TargetError};
 pub use start::GivenPose;
 pub use stop::StopKeys;

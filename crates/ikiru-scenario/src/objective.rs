@@ -42,17 +42,18 @@ pub struct ObjectiveEntry {
     /// Whether success asks for it; left out, as the kind has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mandatory: Option<bool>,
-    /// Whether it must hold in the end, whatever else pulls; false by default. True is not yet solved for.
+    /// Whether it is a constraint: it holds at the end within its tolerance, whatever else pulls, or the report names it;
+    /// false by default. Weight, loss and `mandatory` then say nothing.
     #[serde(skip_serializing_if = "is_false")]
     pub hard: bool,
     /// Its rank, from 1, the default: what a lower level achieves, a higher one does not spoil. Levels beyond 1 are not yet solved
     /// for.
     #[serde(skip_serializing_if = "is_first_level")]
     pub level: u32,
-    /// How near is near enough, metres; 0.001 by default. For kinds with a part in metres.
+    /// How near is near enough, metres; 0.001 by default, 0.0001 where it is hard. For kinds with a part in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// How near is near enough, degrees; 0.5 by default. For kinds with a part that is an angle.
+    /// How near is near enough, degrees; 0.5 by default, 0.01 where it is hard. For kinds with a part that is an angle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance_deg: Option<f64>,
     /// When it holds, in a scenario with `[motion]`: as long as its path goes on, else at the end, unless it says so.
@@ -65,6 +66,9 @@ pub struct ObjectiveEntry {
 pub struct ScenarioObjective {
     /// Its kind, as the scenario has it.
     pub kind: &'static str,
+    /// What reports call it as a constraint, where it is [hard](ikiru_solve::Term::hard): `objective`, but for kinds that
+    /// are constraints by nature.
+    pub constraint: &'static str,
     /// The joint that it is about; `None` where it names several, or takes all.
     pub joint: Option<JointId>,
     /// Line and column of the text where it stands, from 1; `None` where the scenario was made of a document.
@@ -72,6 +76,8 @@ pub struct ScenarioObjective {
     /// The weight that the scenario gives it. Without one it is 1; in a motion as much as meets the objective: see
     /// [`MotionScenario::plan`](crate::MotionScenario::plan).
     pub weight: Option<f64>,
+    /// Its rank among wishes, from 1.
+    pub level: u32,
     /// How near is near enough.
     pub tolerance: Tolerance,
     /// When it holds, in a scenario with `[motion]`; the last frame otherwise.
@@ -155,12 +161,15 @@ impl ObjectiveEntry {
             term.weight = weight.unwrap_or(DEFAULT_WEIGHT);
             (term.loss, term.tolerance) = (loss, tolerance);
             term.mandatory = self.mandatory.unwrap_or(term.mandatory);
+            term.hard = self.hard;
         }
         Ok(ScenarioObjective {
             kind: self.kind.name(),
+            constraint: self.kind.constraint(),
             joint: added.joint,
             place: None,
             weight,
+            level: self.level,
             tolerance,
             when: when(self.times, added.path.as_ref(), scene.timeline, at)?,
             path: added.path,
@@ -180,10 +189,6 @@ impl ObjectiveEntry {
         if self.level > FIRST_LEVEL {
             let (what, expected) = ("levels beyond 1 are", "'level' to be 1, or left out");
             return Err(at_level.error(ErrorKind::NotYet { what, expected }));
-        }
-        if self.hard {
-            let (what, expected) = ("hard objectives are", "'hard' to be false, or left out");
-            return Err(at.key("hard").error(ErrorKind::NotYet { what, expected }));
         }
         Ok(())
     }
@@ -208,7 +213,7 @@ impl ObjectiveEntry {
             Err(at_key.key_error(ErrorKind::UnknownKey { place, unknown, expected: allowed.to_vec() }))
         };
         let [metres, degrees] = TOLERANCES;
-        let default = Tolerance::default();
+        let default = if self.hard { Tolerance::HARD } else { Tolerance::default() };
         Ok(Tolerance {
             metres: given(self.tolerance, metres, "metres, at least 0")?.unwrap_or(default.metres),
             radians: given(self.tolerance_deg, degrees, "degrees, at least 0")?

@@ -355,8 +355,8 @@ fn read_rig(document: &Document, folder: &Path, root: &At<'_>) -> Result<Loaded,
     ikiru_formats::read_scaled(path, scale).map_err(|e| root.key("rig").error(ErrorKind::Rig(e)))
 }
 
-/// An objective about joints that nothing active moves can only be met by chance: of frames none moves, or of motions
-/// one does not.
+/// An objective about joints that nothing active moves can only be met by chance: where none of them moves, or of those
+/// whose motions count each by itself one does not.
 fn warn_of_what_nothing_moves(
     rig: &Rig,
     problem: &Problem,
@@ -366,10 +366,15 @@ fn warn_of_what_nothing_moves(
     let moves = |joint: JointId| problem.is_active(joint) && rig.get(joint).is_some_and(|j| j.n_dofs() > 0);
     for (idx, objective) in objectives.iter().enumerate() {
         // What does not fit the rig is told by the solve.
-        let Ok(TermReads { frames, motions, .. }) = problem.reads(&problem.terms()[idx]) else { continue };
+        let Ok(TermReads { frames, motions, parts, .. }) = problem.reads(&problem.terms()[idx]) else {
+            continue;
+        };
+        let by_itself = parts.iter().all(|part| part.is_separable);
+        let (alone, together) = if by_itself { (motions, Vec::new()) } else { (Vec::new(), motions) };
         let are_still = !frames.iter().any(|joint| rig.ancestors(*joint).any(moves));
-        let still = frames.first().copied().filter(|_| are_still);
-        for joint in still.into_iter().chain(motions.into_iter().filter(|joint| !moves(*joint))) {
+        let are_still = are_still && !together.iter().any(|joint| moves(*joint));
+        let still = frames.first().or(together.first()).copied().filter(|_| are_still);
+        for joint in still.into_iter().chain(alone.into_iter().filter(|joint| !moves(*joint))) {
             warnings.push(Warning::OutOfHand {
                 objective: idx + 1,
                 kind: objective.kind,

@@ -95,9 +95,11 @@ impl MotionScenario {
         Solver::new(options).plan(&self.motion, guess, workspace)
     }
 
-    /// Terms without a weight of the scenario's own.
+    /// Terms without a weight of the scenario's own; to constraints, none says anything.
     fn open_terms(&self) -> Vec<usize> {
-        (0..self.objectives.len()).filter(|term| self.objectives[*term].weight.is_none()).collect()
+        let is_hard = |term: usize| self.motion.terms().terms()[term].hard;
+        let is_open = |term: &usize| self.objectives[*term].weight.is_none() && !is_hard(*term);
+        (0..self.objectives.len()).filter(is_open).collect()
     }
 
     fn set_weight(&mut self, term: usize, weight: f64) {

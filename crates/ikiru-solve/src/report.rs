@@ -62,14 +62,17 @@ pub enum Invalid {
 /// The length of one part's residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartReport {
-    /// The length, in `unit`.
+    /// The length, in `unit`; rows that want to be at least 0 count by what they miss.
     pub residual: f64,
     /// Its unit.
     pub unit: Unit,
+    /// Of rows that want to be at least 0, the smallest residual: what is left of the one that has the least left, below 0
+    /// what it misses. `None` where rows want to be 0, and where none is open.
+    pub least: Option<f64>,
 }
 
 impl PartReport {
-    pub(crate) const ZERO: Self = Self { residual: 0.0, unit: Unit::Metres };
+    pub(crate) const ZERO: Self = Self { residual: 0.0, unit: Unit::Metres, least: None };
 }
 
 /// The parts of a term but for the first, in the order of the objective's; a slice that lies in the report itself.
@@ -125,6 +128,8 @@ pub struct TermReport {
     pub residual: f64,
     /// Unit of `residual`.
     pub unit: Unit,
+    /// The smallest residual of the first part's rows, where they want to be at least 0: see [`PartReport::least`].
+    pub least: Option<f64>,
     /// The residuals of its other parts, for objectives that have more than one.
     pub others: PartReports,
     /// What the term adds to the cost: `λ · ρ(r)`.
@@ -137,6 +142,14 @@ pub struct TermReport {
     pub hard: bool,
     /// Something odd that did not stop the solve.
     pub warning: Option<&'static str>,
+}
+
+impl TermReport {
+    /// All its parts, in the order of the objective's.
+    pub fn parts(&self) -> impl Iterator<Item = PartReport> + '_ {
+        let Self { residual, unit, least, .. } = *self;
+        std::iter::once(PartReport { residual, unit, least }).chain(self.others.iter().copied())
+    }
 }
 
 /// Which of a joint's limits.

@@ -204,7 +204,8 @@ fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &m
         let costs = term.is_on && !term.hard;
         for part in layout.reported_parts(t) {
             let (square, unit) = (state.squares[part], layout.parts[part].unit);
-            let length = PartReport { residual: square.sqrt(), unit };
+            let least = state.least(layout, part);
+            let length = PartReport { residual: square.sqrt(), unit, least };
             if costs {
                 cost += term.weight * loss.cost(square);
             }
@@ -225,6 +226,7 @@ fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &m
             weight: term.weight,
             residual: first.residual,
             unit: first.unit,
+            least: first.least,
             others,
             cost,
             satisfied,

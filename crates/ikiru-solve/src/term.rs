@@ -87,7 +87,9 @@ impl Tolerance {
     /// What hard terms hold to: 0.1 mm and 0.01°.
     pub const HARD: Self = Self { metres: 1e-4, radians: 0.01 * std::f64::consts::PI / 180.0 };
 
-    pub(crate) fn of(&self, unit: Unit) -> f64 {
+    /// That of a unit, in it.
+    #[must_use]
+    pub fn of(&self, unit: Unit) -> f64 {
         match unit {
             Unit::Metres => self.metres,
             Unit::Radians => self.radians,

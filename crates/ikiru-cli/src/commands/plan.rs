@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::args::{MotionFormat, PlanArgs};
 use crate::commands::solve::invalid_input;
+use crate::constraints::{self, Constraint};
 use crate::failure::{Failure, Outcome};
 use crate::input::read_scenario;
 use crate::numbers::{self, short};
@@ -20,6 +21,7 @@ struct Label {
     kind: &'static str,
     joint: Option<String>,
     target: Value,
+    level: Option<u32>,
 }
 
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
@@ -32,6 +34,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             kind: scenario.objectives[idx].kind,
             joint: scenario.joint_name(idx).map(str::to_owned),
             target: scenario.target_json(idx),
+            level: json::level(&scenario.objectives, &scenario.problem, idx),
         })
         .collect();
     let mut motion = scenario.into_motion().map_err(Failure::input)?;
@@ -48,7 +51,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         put_on_clock(&mut label.target, &planned);
     }
     if let Some(invalid) = report.invalid {
-        return Err(invalid_input(&motion.name, &motion.objectives, invalid));
+        return Err(invalid_input(&motion.name, &motion.rig, &motion.objectives, invalid));
     }
     let described = described(&motion, &labels, &warnings, clip, report, time);
     if args.json {
@@ -115,6 +118,7 @@ fn described(
                 "joint": label.joint,
                 "target": label.target,
                 "weight": term.weight,
+                "level": label.level,
                 "residual": term.residual,
                 "unit": term.unit.symbol(),
                 "cost": term.cost,
@@ -141,12 +145,20 @@ fn described(
     if let (Some(described), Value::Object(poses)) = (described.as_object_mut(), poses) {
         described.extend(poses);
         described.insert("objectives".to_owned(), Value::Array(objectives));
+        let constraints = constraints(motion, report).iter().map(Constraint::json).collect();
+        described.insert("constraints".to_owned(), Value::Array(constraints));
         let exceeded: Vec<Value> = report.exceeded.iter().map(|e| exceeded_json(clip.rig(), e)).collect();
         described.insert("exceeded".to_owned(), Value::Array(exceeded));
         described.insert("warnings".to_owned(), json!(warnings));
     }
     name_motion_rig(&mut described, &motion.loaded);
     described
+}
+
+/// The constraints among a motion's objectives, each where it is missed the most or has the least left.
+fn constraints<'a>(motion: &'a MotionScenario, report: &MotionReport) -> Vec<Constraint<'a>> {
+    let parts = report.terms.iter().map(|term| (term.parts().collect(), Some(term.worst_secs)));
+    constraints::constraints(&motion.rig, motion.motion.terms(), &motion.objectives, parts)
 }
 
 fn text(
@@ -164,7 +176,7 @@ fn text(
             format!("{} to {} s", short(term.from_secs), short(term.to_secs))
         };
         let mark = match (term.satisfied, term.mandatory) {
-            _ if term.weight == 0.0 => "off".to_owned(),
+            _ if term.weight == 0.0 && !term.hard => "off".to_owned(),
             (true, _) => "ok".to_owned(),
             (false, true) if motion.solver.options().cost_below.is_some() && report.success => String::new(),
             (false, true) => match motion.out_of_hand(idx) {
@@ -178,8 +190,8 @@ fn text(
             label.kind.to_owned(),
             label.joint.clone().unwrap_or_else(|| "several".to_owned()),
             span,
-            short(term.weight),
-            numbers::residual(term.residual, term.unit),
+            report::weight_text(term.weight, term.hard),
+            report::residual_text(term.parts()),
             mark,
         ]);
     }
@@ -190,6 +202,9 @@ fn text(
     }
     let verdict = if report.success { "reached" } else { "not reached" };
     line(verdict, report::stop_text(report.stop, motion.solver.options()));
+    if let Some(constraints) = constraints::text(&constraints(motion, report)) {
+        line("constraints", constraints);
+    }
     let [speed, acceleration, jerk] = report.smoothness.map(numbers::cost);
     let smooth = format!("of which speed {speed}, acceleration {acceleration}, jerk {jerk}");
     line("cost", format!("{}, {smooth}", numbers::cost(report.cost)));

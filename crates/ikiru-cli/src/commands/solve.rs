@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
-use ikiru_rig::Pose;
-use ikiru_scenario::{Scenario, ScenarioObjective};
+use ikiru_rig::{Pose, Rig};
+use ikiru_scenario::{Scenario, ScenarioObjective, refusal};
 use ikiru_solve::{Invalid, Report};
 
 use crate::args::{Out, SolveArgs, has_ending};
@@ -44,7 +44,7 @@ pub(crate) fn finish(
     notes: &[String],
 ) -> Result<Outcome, Failure> {
     if let Some(invalid) = solved.invalid {
-        return Err(invalid_input(&scenario.name, &scenario.objectives, invalid));
+        return Err(invalid_input(&scenario.name, &scenario.rig, &scenario.objectives, invalid));
     }
     for warning in report::warnings(scenario, solved) {
         output::note(format!("warning: {warning}"));
@@ -64,15 +64,15 @@ pub(crate) fn finish(
 }
 
 /// What the solver refused, at the objective's place in the text.
-pub(crate) fn invalid_input(file: &str, objectives: &[ScenarioObjective], invalid: Invalid) -> Failure {
-    let (place, what) = match invalid {
-        Invalid::Term(term, what) => {
-            let objective = objectives.get(term);
-            let kind = objective.map_or("", |o| o.kind);
-            (objective.and_then(|o| o.place), format!("objective {} ({kind}) {what}", term + 1))
-        }
-        Invalid::Pose(what) => (None, format!("the start {what}")),
-        Invalid::Options(what) => (None, what.to_owned()),
+pub(crate) fn invalid_input(
+    file: &str,
+    rig: &Rig,
+    objectives: &[ScenarioObjective],
+    invalid: Invalid,
+) -> Failure {
+    let place = match invalid {
+        Invalid::Term(term, _) => objectives.get(term).and_then(|objective| objective.place),
+        Invalid::Pose(_) | Invalid::Options(_) => None,
     };
-    Failure::input(InFile { file: file.to_owned(), place, what })
+    Failure::input(InFile { file: file.to_owned(), place, what: refusal(rig, objectives, invalid) })
 }

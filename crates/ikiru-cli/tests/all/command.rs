@@ -58,16 +58,18 @@ fn reports_have_the_keys_that_other_programs_read() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     assert_eq!(run.stdout.lines().count(), 1);
     let report = run.json();
-    let top =
-        ["success", "stop", "cost", "iterations", "restarts", "time_us", "objectives", "warnings", "pose"];
-    assert_eq!(keys(&report), top);
+    let of_solve = ["success", "stop", "cost", "iterations", "restarts", "time_us"];
+    let of_pose = ["objectives", "constraints", "warnings", "pose"];
+    assert_eq!(keys(&report), [&of_solve[..], &of_pose].concat());
     assert!(report["time_us"].as_f64().unwrap() > 0.0);
     assert_eq!((&report["success"], &report["stop"]), (&Value::Bool(true), &Value::from("reached")));
     let objective = &report["objectives"][0];
-    let of_objective = ["kind", "joint", "target", "weight", "residual", "unit", "cost", "satisfied"];
+    let of_objective =
+        ["kind", "joint", "target", "weight", "level", "residual", "unit", "cost", "satisfied"];
     assert_eq!(keys(objective), of_objective);
     assert_eq!((&objective["joint"], &objective["unit"]), (&Value::from("hand_l"), &Value::from("m")));
     assert_eq!(numbers(&objective["target"]), [0.35, 1.1, 0.3]);
+    assert_eq!((&objective["level"], &report["constraints"]), (&Value::from(1), &Value::Array(vec![])));
     let pose = &report["pose"];
     assert_eq!(keys(pose), ["root", "root_translation", "joints"]);
     assert_eq!(pose["root"], Value::Null);

@@ -4,6 +4,7 @@
 mod bench;
 mod command;
 mod common;
+mod constraints;
 mod defects_front;
 mod features;
 mod inspect;

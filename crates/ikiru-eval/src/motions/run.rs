@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ikiru_rig::{Clip, JointId};
-use ikiru_scenario::{MotionScenario, ScenarioObjective};
+use ikiru_scenario::{MotionScenario, refusal};
 use ikiru_solve::{Invalid, MotionWorkspace};
 
 use super::judge::Judge;
@@ -75,7 +75,11 @@ pub fn run(
             let mut workspace = MotionWorkspace::default();
             timed(settings.runs, &mut done, || plan_once(&motion, &mut workspace))
         };
-        let (clip, time) = got.map_err(|invalid| refused(source, way, &motion.objectives, invalid))?;
+        let refused = |invalid| {
+            let reason = refusal(&motion.rig, &motion.objectives, invalid);
+            Error::Plan { file: source.file.clone(), way: way.name(), reason }
+        };
+        let (clip, time) = got.map_err(refused)?;
         let unmet = judge.first_unmet(&clip)?;
         let (active, limits): (&[JointId], _) = (&motion.active, motion.motion.rate_limits());
         let row = Row::new(&source.name, way, &clip, active, limits, path_of, unmet, time);
@@ -108,16 +112,4 @@ fn timed(
             return Ok((clip, times[times.len() / 2]));
         }
     }
-}
-
-fn refused(source: &MotionSource, way: Way, objectives: &[ScenarioObjective], invalid: Invalid) -> Error {
-    let reason = match invalid {
-        Invalid::Term(term, what) => {
-            let kind = objectives.get(term).map_or("", |o| o.kind);
-            format!("objective {} ({kind}) {what}", term + 1)
-        }
-        Invalid::Pose(what) => format!("a pose {what}"),
-        Invalid::Options(what) => what.to_owned(),
-    };
-    Error::Plan { file: source.file.clone(), way: way.name(), reason }
 }

@@ -47,6 +47,8 @@ pub(crate) trait KindKeys: Serialize + Sized {
     /// Its keys, besides those that every objective has. `tolerance` (metres) and `tolerance_deg` are read for every
     /// kind: here they say which of them the kind has.
     const KEYS: &'static [&'static str];
+    /// What reports call it as a constraint, where it is hard; kinds that are constraints by nature have a name of their own.
+    const CONSTRAINT: &'static str = "objective";
     /// What the solver makes of it.
     type Objective: Objective + Clone;
 
@@ -131,6 +133,13 @@ macro_rules! kinds {
             pub fn name(&self) -> &'static str {
                 match self {
                     $(Self::$variant(_) => $keys::NAME,)*
+                }
+            }
+
+            /// What reports call it as a constraint.
+            pub(crate) fn constraint(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => $keys::CONSTRAINT,)*
                 }
             }
 

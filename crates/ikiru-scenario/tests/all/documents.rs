@@ -105,9 +105,11 @@ fn random_documents_come_back_and_solve_to_the_same_bits() {
         let again = made(Scenario::parse(&text, "again.toml", folder.path()));
         for (entry, term) in document.objectives.iter().zip(first.problem.terms()) {
             assert_eq!((entry.loss, entry.weight.unwrap_or(1.0)), (term.loss, term.weight));
-            let degrees = entry.tolerance_deg.unwrap_or(0.5);
-            let tolerance = (entry.tolerance.unwrap_or(0.001), degrees.to_radians());
-            assert_eq!(tolerance, (term.tolerance.metres, term.tolerance.radians));
+            let [metres, degrees] = if entry.hard { [0.0001, 0.01] } else { [0.001, 0.5] };
+            let radians = entry.tolerance_deg.unwrap_or(degrees).to_radians();
+            let found = term.tolerance;
+            assert_eq!((entry.tolerance.unwrap_or(metres), entry.hard), (found.metres, term.hard));
+            assert!((radians - found.radians).abs() <= f64::EPSILON * radians);
         }
         let targets = |scenario: &Scenario| [0, 1, 2].map(|idx| scenario.target_json(idx).to_string());
         assert_eq!(targets(&first), targets(&again));
@@ -120,7 +122,7 @@ fn random_documents_come_back_and_solve_to_the_same_bits() {
     }
     assert!(n_valid > 120, "{n_valid} of 160");
     // Nothing was left out by the generator.
-    let common = ["kind", "weight", "loss", "mandatory", "at", "from", "to"];
+    let common = ["kind", "weight", "loss", "mandatory", "hard", "at", "from", "to"];
     for kind in Kind::NAMES {
         for key in Kind::keys_of(kind).iter().chain(&common) {
             assert!(seen.contains(&((*kind).to_owned(), (*key).to_owned())), "no {kind} with '{key}'");

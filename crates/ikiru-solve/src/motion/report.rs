@@ -30,6 +30,9 @@ pub struct MotionTermReport {
     pub unit: Unit,
     /// When that is, seconds.
     pub worst_secs: f64,
+    /// The smallest residual that the first part's rows have at any sample, where they want to be at least 0: see
+    /// [`PartReport::least`].
+    pub least: Option<f64>,
     /// The longest residuals of its other parts, for objectives that have more than one.
     pub others: PartReports,
     /// What the term adds to the cost, over all its samples.
@@ -40,6 +43,14 @@ pub struct MotionTermReport {
     pub mandatory: bool,
     /// Whether it is a constraint: it adds nothing to the cost.
     pub hard: bool,
+}
+
+impl MotionTermReport {
+    /// All its parts, in the order of the objective's.
+    pub fn parts(&self) -> impl Iterator<Item = PartReport> + '_ {
+        let Self { residual, unit, least, .. } = *self;
+        std::iter::once(PartReport { residual, unit, least }).chain(self.others.iter().copied())
+    }
 }
 
 /// What came of planning.
@@ -104,7 +115,7 @@ pub(crate) fn report_terms(
             let mut units = layout.reported_parts(t).map(|part| layout.parts[part].unit);
             let unit = units.next().unwrap_or(Unit::Metres);
             let mut others = PartReports::NONE;
-            units.for_each(|unit| others.push(PartReport { residual: 0.0, unit }));
+            units.for_each(|unit| others.push(PartReport { unit, ..PartReport::ZERO }));
             MotionTermReport {
                 kind: objective.kind(),
                 joint: t.joint,
@@ -113,6 +124,7 @@ pub(crate) fn report_terms(
                 to_secs: timeline.time(samples.end - 1),
                 residual: 0.0,
                 unit,
+                least: None,
                 worst_secs: timeline.time(samples.start),
                 others,
                 cost: 0.0,
@@ -132,10 +144,16 @@ pub(crate) fn report_terms(
                 }
                 let tolerance = motion.terms().terms()[t.term].tolerance.of(layout.parts[part].unit);
                 report.satisfied &= length <= tolerance;
+                let least = if idx > 0 { &mut report.others[idx - 1].least } else { &mut report.least };
+                let here = state.least(layout, part);
+                let is_worst = here.is_some_and(|here| least.is_none_or(|least| here < least));
+                if is_worst {
+                    *least = here;
+                }
                 if idx > 0 {
                     let other = &mut report.others[idx - 1].residual;
                     *other = other.max(length);
-                } else if length > report.residual {
+                } else if length > report.residual || (is_worst && report.residual == 0.0) {
                     (report.residual, report.worst_secs) = (length, timeline.time(sample));
                 }
             }

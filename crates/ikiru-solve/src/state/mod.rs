@@ -368,6 +368,13 @@ impl State {
         }
     }
 
+    /// The smallest residual of a part whose rows want to be at least 0, as of the last evaluation: of those that are open.
+    pub(crate) fn least(&self, layout: &Layout, part: usize) -> Option<f64> {
+        let PartLayout { sense, row, .. } = layout.parts[part];
+        let rows = &self.residual[row..row + self.n_open[part]];
+        if sense == Sense::AtLeast { rows.iter().copied().reduce(f64::min) } else { None }
+    }
+
     /// The squares of what hard terms miss, as of the last evaluation.
     pub(crate) fn hard_square(&self, layout: &Layout, terms: &impl Terms) -> f64 {
         let hard = layout.terms.iter().filter(|t| t.is_hard && terms.is_on(t.term));

@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
-use ikiru_solve::objectives::{JointAngles, KnownRotation, Position, RestPose};
+use ikiru_rig::{Clip, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
+use ikiru_solve::objectives::{Bound, Coupling, Distance, JointAngles, KnownRotation, Position, RestPose};
 use ikiru_solve::{
-    Invalid, MOST_PARTS, Objective, Part, Problem, Reads, Rows, Search, Solver, SolverOptions, StopReason,
-    Unfit, Unit, View,
+    Invalid, MOST_PARTS, MotionProblem, MotionWorkspace, Objective, Part, Problem, Reads, Rows, Search,
+    Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, When,
 };
 
 /// One joint that moves, and a tip one metre along x.
@@ -52,6 +52,69 @@ fn the_two_units_of_a_free_root_are_two_parts() {
     let term = report.terms[0];
     assert_eq!((term.unit, term.others.len(), term.others[0].unit), (Unit::Radians, 1, Unit::Metres));
     assert!((term.residual - 0.3).abs() < 1e-12 && (term.others[0].residual - 0.4).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_left_of_a_bound_is_told_and_what_is_missed() {
+    let (rig, joint, tip) = one_joint(JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED });
+    let mut problem = Problem::new(&rig, []);
+    for (bound, _) in BOUNDS {
+        problem.add_hard(Coupling::new(&rig, &[(joint, None, 2.0)], bound).unwrap());
+    }
+    problem.add(1.0, Distance::new([joint, tip], Bound::AtMost(1.25)));
+    problem.add(1.0, Position::new(tip, DVec3::X));
+    let mut pose = rig.rest_pose();
+    pose.set_value(joint, 0.25).unwrap();
+    let mut workspace = Solver::default().workspace(&problem);
+    let report = Solver::default().solve(&problem, &mut pose, &mut workspace);
+    let near = |found: Option<f64>, expected: Option<f64>| match (found, expected) {
+        (Some(found), Some(expected)) => (found - expected).abs() < 1e-12,
+        (found, expected) => found == expected,
+    };
+    for (term, (bound, least)) in report.terms.iter().zip(BOUNDS) {
+        assert!(near(term.least, least), "{bound:?}: {:?}", term.least);
+        let missed = least.map_or(0.25, |least| (-least).max(0.0));
+        assert!((term.residual - missed).abs() < 1e-12, "{bound:?}: {}", term.residual);
+        assert_eq!(
+            term.parts().map(|part| (part.residual, part.least)).collect::<Vec<_>>(),
+            [(term.residual, term.least)]
+        );
+    }
+    assert!(near(report.terms[4].least, Some(0.25)) && near(report.terms[5].least, None));
+}
+
+/// Bounds of twice an angle of 0.25, and what is left.
+const BOUNDS: [(Bound, Option<f64>); 4] = [
+    (Bound::AtMost(0.6), Some(0.1)),
+    (Bound::AtMost(0.4), Some(-0.1)),
+    (Bound::AtLeast(0.2), Some(0.3)),
+    (Bound::Exactly(0.25), None),
+];
+
+#[test]
+fn of_a_motion_the_least_that_is_left_is_told() {
+    let (rig, joint, _) = one_joint(JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED });
+    let timeline = Timeline::seconds(1.0, 10.0).unwrap();
+    let mut motion = MotionProblem::new(&rig, [joint], timeline);
+    let turn = |value| KnownRotation::new(&[(joint, JointAngles::Value(value))]);
+    motion.add(1e6, When::At(0.0), turn(0.5)).unwrap();
+    motion.add(1e6, When::At(0.5), turn(1.0)).unwrap();
+    motion.add(1e6, When::At(1.0), turn(0.25)).unwrap();
+    motion
+        .add(
+            1.0,
+            When::Span { from: 0.1, to: 1.0 },
+            Coupling::new(&rig, &[(joint, None, 1.0)], Bound::AtLeast(0.0)).unwrap(),
+        )
+        .unwrap();
+    let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
+    let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default());
+    let term = planned.report.terms[3];
+    let lowest =
+        planned.clip.poses().iter().map(|pose| pose.value(joint).unwrap()).fold(f64::INFINITY, f64::min);
+    assert!((lowest - 0.25).abs() < 1e-3, "{lowest}");
+    assert!((term.least.unwrap() - lowest).abs() < 1e-12 && term.worst_secs == 1.0, "{term:?}");
+    assert_eq!((term.residual, planned.report.terms[0].least), (0.0, None));
 }
 
 #[test]

@@ -1,0 +1,65 @@
+//! What a solver or an objective's keys are refused for, in words.
+
+use ikiru_rig::Rig;
+use ikiru_solve::{Invalid, Unfit};
+
+use crate::objective::ScenarioObjective;
+use crate::values::name_of;
+
+/// What a solver refused, in words: the objective by its number from 1 and its kind, what is not usable about it, and the
+/// joint that this is about.
+///
+/// ```
+/// use glam::DVec3;
+/// use ikiru_scenario::{Scenario, refusal};
+/// use ikiru_solve::objectives::Position;
+///
+/// let mut scenario = Scenario::builtin("paper_simple")?;
+/// scenario.set_target(0, DVec3::INFINITY)?;
+/// let (mut pose, mut workspace) = (scenario.start.clone(), scenario.workspace());
+/// let invalid = scenario.solve(&mut pose, &mut workspace).invalid.expect("it is not finite");
+/// let said = refusal(&scenario.rig, &scenario.objectives, invalid);
+/// assert_eq!(said, "objective 1 (position) has a target that is not finite");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use]
+pub fn refusal(rig: &Rig, objectives: &[ScenarioObjective], invalid: Invalid) -> String {
+    match invalid {
+        Invalid::Term(term, unfit) => {
+            let kind = objectives.get(term).map_or("", |o| o.kind);
+            format!("objective {} ({kind}) {}", term + 1, unfit_text(rig, unfit))
+        }
+        Invalid::Pose(what) => format!("a given pose {what}"),
+        Invalid::Options(what) => what.to_owned(),
+    }
+}
+
+/// What ends the sentence "the objective …", with the joint that it is about.
+pub(crate) fn unfit_text(rig: &Rig, unfit: Unfit) -> String {
+    match unfit.joint.map(|joint| name_of(rig, joint)) {
+        Some(joint) => format!("{unfit}: joint '{joint}'"),
+        None => unfit.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ikiru_solve::Unfit;
+
+    use super::*;
+    use crate::Scenario;
+
+    #[test]
+    fn a_refusal_names_the_objective_and_the_joint() {
+        let Scenario { rig, objectives, .. } =
+            Scenario::builtin("paper_simple").unwrap_or_else(|e| panic!("{e}"));
+        let joint = rig.joint("left_elbow").ok();
+        let unfit = Unfit { reason: "couples a joint that does not move", joint };
+        let said = |invalid| refusal(&rig, &objectives, invalid);
+        assert_eq!(
+            said(Invalid::Term(0, unfit)),
+            "objective 1 (position) couples a joint that does not move: joint 'left_elbow'"
+        );
+        assert_eq!(said(Invalid::Pose("is of another rig")), "a given pose is of another rig");
+    }
+}
