@@ -20,6 +20,16 @@ impl Axes {
         Self { world: loaded.world_from_file(), joint: loaded.joint_from_file() }
     }
 
+    /// Which of the axes that something is given in points up, where the rig's y does.
+    pub(crate) fn up(self) -> DVec3 {
+        let up = self.world.inverse() * DVec3::Y;
+        // They are those of a file, which turns by right angles: what is more is rounding.
+        DVec3::AXES
+            .into_iter()
+            .max_by(|a, b| a.dot(up).abs().total_cmp(&b.dot(up).abs()))
+            .map_or(up, |axis| axis * axis.dot(up).signum())
+    }
+
     /// From the rig's axes to these.
     pub(crate) fn inverse(self) -> Self {
         Self { world: self.world.inverse(), joint: self.joint.inverse() }
@@ -33,5 +43,19 @@ impl Axes {
     /// How a joint is turned in the world.
     pub(crate) fn rotation(self, rotation: DQuat) -> DQuat {
         self.world * rotation * self.joint.inverse()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_up_in_a_file_is_one_of_its_axes() {
+        let vrm = concat!(env!("CARGO_MANIFEST_DIR"), "/../ikiru-formats/tests/data/mh_male_vrm0.vrm");
+        for (rig, up) in [("builtin:g1", DVec3::Z), (vrm, DVec3::Y), ("builtin:human", DVec3::Y)] {
+            let loaded = ikiru_formats::read(rig).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!((Axes::of_file(&loaded).up(), Axes::RIG.up()), (up, DVec3::Y), "{rig}");
+        }
     }
 }

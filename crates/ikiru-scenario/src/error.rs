@@ -232,6 +232,14 @@ pub enum ErrorKind {
         /// What does not go together, and what would.
         reason: String,
     },
+    /// An objective whose keys make sense one by one, and not together or not on this rig.
+    #[error("{place} {reason}")]
+    Objective {
+        /// Which objective.
+        place: String,
+        /// What does not fit, and the joint that it is about.
+        reason: String,
+    },
     /// A vector without direction.
     #[error("'{0}' has the length 0: expected {1}")]
     NoLength(String, &'static str),

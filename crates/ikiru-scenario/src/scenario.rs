@@ -281,7 +281,7 @@ fn build(document: &Document, source: Source<'_>, folder: &Path) -> Result<Scena
         None => None,
     };
     let timeline = motion.as_ref().map(|m| &m.timeline);
-    let scene = Scene { rig: &rig, active: &active, timeline };
+    let scene = Scene { rig: &rig, active: &active, timeline, segments: loaded.segments(), up: axes.up() };
     let mut objectives = add_objectives(scene, &document.objectives, &mut problem, &root.key("objective"))?;
     let mut targets = Vec::with_capacity(objectives.len());
     for objective in &mut objectives {

@@ -1,11 +1,12 @@
 //! What objectives are about: the rig, the joints that may move, the timeline; and the names of both.
 
 use glam::DVec3;
-use ikiru_rig::{JointId, Rig};
-use ikiru_solve::{TargetPath, Timeline};
+use ikiru_rig::{JointId, Rig, Segment};
+use ikiru_solve::{TargetPath, Timeline, Unfit};
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
+use crate::refusal::unfit_text;
 use crate::values::{joint, name_of};
 
 /// What the keys of objectives are looked up in.
@@ -16,6 +17,12 @@ pub(crate) struct Scene<'a> {
     pub(crate) active: &'a [JointId],
     /// In a scenario with `[motion]`.
     pub(crate) timeline: Option<&'a Timeline>,
+    /// The body's own parts, as far as their masses are known.
+    #[allow(dead_code, reason = "for the kinds that come next")]
+    pub(crate) segments: &'a [Segment],
+    /// The axis of the world that points up, in the axes that targets are given in.
+    #[allow(dead_code, reason = "for the kinds that come next")]
+    pub(crate) up: DVec3,
 }
 
 impl Scene<'_> {
@@ -35,6 +42,13 @@ impl Scene<'_> {
             *slot = joint(self.rig, &names[idx], &at.key("joints").entry(idx))?;
         }
         Ok(joints)
+    }
+
+    /// What a library's objective says of the keys of the table `objective`, at the value that it is about.
+    #[allow(dead_code, reason = "for the kinds that come next")]
+    pub(crate) fn unfit(&self, unfit: Unfit, objective: &At<'_>, at: &At<'_>) -> Error {
+        let (place, reason) = (objective.place(), unfit_text(self.rig, unfit));
+        at.error(ErrorKind::Objective { place, reason })
     }
 
     /// The path through points at times, `[secs, x, y, z]`.

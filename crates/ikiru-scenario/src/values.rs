@@ -74,3 +74,10 @@ pub(crate) fn quaternion(numbers: [f64; 4], at: &At<'_>) -> Result<DQuat, Error>
     }
     Err(at.error(ErrorKind::NoLength(at.name().to_owned(), "a quaternion, [x, y, z, w]")))
 }
+
+/// Degrees of radians that were made of degrees: the shortest number that gives them back, which is the one written.
+pub(crate) fn degrees(radians: f64) -> f64 {
+    let exact = radians.to_degrees();
+    let short = (exact * 1e9).round() / 1e9;
+    if short.to_radians() == radians { short } else { exact }
+}

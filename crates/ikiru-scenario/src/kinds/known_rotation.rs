@@ -12,7 +12,7 @@ use crate::keys::{JointKeys, as_table};
 use crate::kinds::{Aim, Built, KindKeys};
 use crate::scene::{Scene, none_of_them, twice};
 use crate::table::Table;
-use crate::values::{joint_of_key, name_of};
+use crate::values::{degrees, joint_of_key, name_of};
 
 /// The keys of a `known_rotation`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -82,11 +82,4 @@ fn angles_json(rig: &Rig, joint: JointId, angles: &JointAngles) -> Json {
         JointAngles::Value(v) if is_slider => json!({ "offset": v }),
         JointAngles::Value(v) => json!({ "angle_deg": degrees(*v) }),
     }
-}
-
-/// Degrees of radians that were made of degrees: the shortest number that gives them back, which is the one written.
-fn degrees(radians: f64) -> f64 {
-    let exact = radians.to_degrees();
-    let short = (exact * 1e9).round() / 1e9;
-    if short.to_radians() == radians { short } else { exact }
 }

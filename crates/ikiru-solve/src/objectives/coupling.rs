@@ -89,6 +89,12 @@ impl Coupling {
         Ok(Self { joints, angles: parts, unit, bound })
     }
 
+    /// What the sum is measured in: radians, or metres where all joints are sliders.
+    #[must_use]
+    pub fn unit(&self) -> Unit {
+        self.unit
+    }
+
     /// The joints, in the order of the angles.
     #[must_use]
     pub fn joints(&self) -> &[JointId] {
