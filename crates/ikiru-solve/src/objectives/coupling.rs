@@ -50,6 +50,9 @@ impl Coupling {
         for &(joint, axis, factor) in angles {
             let unfit = |reason| Unfit { reason, joint: Some(joint) };
             let data = rig.get(joint).ok_or(unfit("names a joint that the rig does not have"))?;
+            if data.mimic.is_some() {
+                return Err(unfit("couples a joint that follows another: name its leader"));
+            }
             if let Some(axis) = axis {
                 check_axis(axis).map_err(|unfit| Unfit { joint: Some(joint), ..unfit })?;
             }
@@ -188,6 +191,8 @@ fn swing_along(q: DQuat, about: DVec3, axis: DVec3) -> (f64, DVec3) {
 
 #[cfg(test)]
 mod tests {
+    use ikiru_rig::Mimic;
+
     use super::*;
     use crate::check::check_on_whole_rigs;
 
@@ -242,5 +247,14 @@ mod tests {
             seen += 1;
         }
         assert!(seen == 14 && Coupling::new(&rig, &[], bound).is_err());
+        let mut builder = rig.to_builder();
+        let hinges: Vec<JointId> = rig
+            .ids()
+            .filter(|j| matches!(rig.joints()[j.index()].motion, JointMotion::Hinge { .. }))
+            .collect();
+        let [leader, follower, ..] = hinges[..] else { panic!("{hinges:?}") };
+        builder.joints_mut()[follower.index()].mimic = Some(Mimic { leader, multiplier: 1.0, offset: 0.0 });
+        let unfit = Coupling::new(&builder.build().unwrap(), &[(follower, None, 1.0)], bound).unwrap_err();
+        assert!(unfit.joint == Some(follower) && unfit.reason.contains("leader"), "{unfit}");
     }
 }
