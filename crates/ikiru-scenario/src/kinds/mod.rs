@@ -15,6 +15,7 @@
 //! ```
 // A new kind is a file beside these and two lines here, its `mod` and its place in the list: nothing else names it.
 
+mod coupling;
 mod direction;
 mod distance;
 mod known_rotation;
@@ -197,6 +198,7 @@ kinds! {
     PoleVector(pole_vector::PoleVectorKeys),
     KnownRotation(known_rotation::KnownRotationKeys),
     RestPose(rest_pose::RestPoseKeys),
+    Coupling(coupling::CouplingKeys, AngleKeys, SumKeys),
 }
 
 /// What errors expect of `joint`.

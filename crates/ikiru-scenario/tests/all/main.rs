@@ -2,6 +2,7 @@
 
 mod centred_cones;
 mod characters;
+mod coupling;
 mod documents;
 mod floating;
 mod motion;

@@ -1,14 +1,16 @@
 //! Documents by chance, that make sense: every key of every kind comes up.
 
 use ikiru_scenario::kinds::{
-    ApartKeys, DirectionKeys, DistanceKeys, GazeKeys, Kind, KnownRotationKeys, LookAtKeys, OrientationKeys,
-    PoleVectorKeys, PoseKeys, PositionKeys, RelativePoseKeys, RestPoseKeys,
+    AngleKeys, ApartKeys, CouplingKeys, DirectionKeys, DistanceKeys, GazeKeys, Kind, KnownRotationKeys,
+    LookAtKeys, OrientationKeys, PoleVectorKeys, PoseKeys, PositionKeys, RelativePoseKeys, RestPoseKeys,
+    SumKeys,
 };
 use ikiru_scenario::{
     ConeKeys, Document, GivenPose, JointKeys, LengthKeys, LimitKeys, MotionKeys, ObjectiveEntry, RateKeys,
     RootKey, RotationKeys, StopKeys, TargetAxes, TargetKeys, Times,
 };
 use ikiru_solve::Loss;
+use ikiru_solve::objectives::Bound;
 use ikiru_testkit::rigs::Random;
 
 /// Joints of the built-in human that lie in one another's reach.
@@ -165,9 +167,34 @@ impl Draw {
             }
             "pole_vector" => PoleVectorKeys { joints: self.joints(), target: self.target() }.into(),
             "known_rotation" => KnownRotationKeys { joints: self.moved_joints() }.into(),
+            "coupling" => self.coupling().into(),
             "rest_pose" => RestPoseKeys { joints: self.maybe(|draw| draw.joints::<3>().to_vec()) }.into(),
             other => panic!("say here how a '{other}' is drawn"),
         }
+    }
+
+    fn coupling(&mut self) -> CouplingKeys {
+        let number = self.number(-90.0, 90.0);
+        let bounds = [Bound::Exactly(number), Bound::AtLeast(number), Bound::AtMost(number)];
+        let bound = bounds[self.random.below(3)];
+        let slides = self.is_robot && self.random.below(3) > 0;
+        let names = match (slides, self.is_robot) {
+            (true, _) => vec![SLIDER.to_owned()],
+            (false, true) => self.joints::<2>().to_vec(),
+            // Balls with one child each, about which they twist.
+            (false, false) => {
+                BODY[2 + self.random.below(2)..][..2].iter().map(|&name| name.to_owned()).collect()
+            }
+        };
+        let angle = |joint| AngleKeys {
+            joint,
+            // Along an axis, so that it is one of an Euler joint too.
+            axis: (!self.is_robot)
+                .then(|| [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]][self.random.below(3)]),
+            factor: self.number(-2.0, 2.0),
+        };
+        let angles = names.into_iter().map(angle).collect();
+        CouplingKeys { angles, sum: if slides { SumKeys::Metres(bound) } else { SumKeys::Degrees(bound) } }
     }
 
     fn objective(&mut self, name: &str, moves: bool) -> ObjectiveEntry {

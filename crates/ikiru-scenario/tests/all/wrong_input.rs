@@ -47,8 +47,9 @@ fn refused(line: usize, replacement: &str, at: (usize, usize), words: &[&str]) -
     refused_text(&lines.join("\n"), at, words)
 }
 
+/// A text whose error must point to a line and column, and say all of `words`; the error's kind.
 #[track_caller]
-fn refused_text(text: &str, at: (usize, usize), words: &[&str]) -> String {
+pub(crate) fn refused_text(text: &str, at: (usize, usize), words: &[&str]) -> String {
     let error = Scenario::parse(text, "test.toml", ".").map(drop).expect_err("it was accepted");
     let mut message = error.to_string();
     let mut source = std::error::Error::source(&error);
