@@ -60,6 +60,7 @@
 //! | `pole_vector` | `joints` (root, middle and end of a limb), `target`, `tolerance_deg` | yes |
 //! | `known_rotation` | `joints = { NAME = … }` with values as in `[start]`, `tolerance` (of sliders), `tolerance_deg` | yes |
 //! | `rest_pose` | `joints`; left out: all active ones; `tolerance` (of sliders), `tolerance_deg` | no |
+//! | `center_of_mass` | `target`, or `inside = [[x, z], …]` (points of the ground, which is x and y where z is up in `world`) with a `margin` (metres, 0); `masses = { NAME = { kg, center } }` (in the joint's frame), left out: those of a URDF; `tolerance` | yes |
 //! | `coupling` | `angles = [{ joint, axis, factor }, …]`, one of `at_most_deg`, `at_least_deg`, `exactly_deg` for their sum, `tolerance_deg`; of sliders `at_most`, `at_least`, `exactly` (metres), `tolerance` | yes |
 //!
 //! Beside a `[motion]`, every objective takes `at`, or `from` and `to`, in seconds: when it holds; at the last sample

@@ -15,6 +15,7 @@
 //! ```
 // A new kind is a file beside these and two lines here, its `mod` and its place in the list: nothing else names it.
 
+mod center_of_mass;
 mod coupling;
 mod direction;
 mod distance;
@@ -199,6 +200,7 @@ kinds! {
     KnownRotation(known_rotation::KnownRotationKeys),
     RestPose(rest_pose::RestPoseKeys),
     Coupling(coupling::CouplingKeys, AngleKeys, SumKeys),
+    CenterOfMass(center_of_mass::CenterOfMassKeys, CenterKeys, MassKeys),
 }
 
 /// What errors expect of `joint`.

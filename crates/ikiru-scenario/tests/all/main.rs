@@ -1,5 +1,6 @@
 //! All tests of the crate in one program, which links once.
 
+mod center_of_mass;
 mod centred_cones;
 mod characters;
 mod coupling;

@@ -1,9 +1,9 @@
 //! Documents by chance, that make sense: every key of every kind comes up.
 
 use ikiru_scenario::kinds::{
-    AngleKeys, ApartKeys, CouplingKeys, DirectionKeys, DistanceKeys, GazeKeys, Kind, KnownRotationKeys,
-    LookAtKeys, OrientationKeys, PoleVectorKeys, PoseKeys, PositionKeys, RelativePoseKeys, RestPoseKeys,
-    SumKeys,
+    AngleKeys, ApartKeys, CenterKeys, CenterOfMassKeys, CouplingKeys, DirectionKeys, DistanceKeys, GazeKeys,
+    Kind, KnownRotationKeys, LookAtKeys, MassKeys, OrientationKeys, PoleVectorKeys, PoseKeys, PositionKeys,
+    RelativePoseKeys, RestPoseKeys, SumKeys,
 };
 use ikiru_scenario::{
     ConeKeys, Document, GivenPose, JointKeys, LengthKeys, LimitKeys, MotionKeys, ObjectiveEntry, RateKeys,
@@ -168,6 +168,7 @@ impl Draw {
             "pole_vector" => PoleVectorKeys { joints: self.joints(), target: self.target() }.into(),
             "known_rotation" => KnownRotationKeys { joints: self.moved_joints() }.into(),
             "coupling" => self.coupling().into(),
+            "center_of_mass" => self.center_of_mass().into(),
             "rest_pose" => RestPoseKeys { joints: self.maybe(|draw| draw.joints::<3>().to_vec()) }.into(),
             other => panic!("say here how a '{other}' is drawn"),
         }
@@ -195,6 +196,28 @@ impl Draw {
         };
         let angles = names.into_iter().map(angle).collect();
         CouplingKeys { angles, sum: if slides { SumKeys::Metres(bound) } else { SumKeys::Degrees(bound) } }
+    }
+
+    fn center_of_mass(&mut self) -> CenterOfMassKeys {
+        let place = if self.coin() {
+            CenterKeys::At { target: self.target() }
+        } else {
+            let (x, z, size) =
+                (self.number(-0.1, 0.1), self.number(-0.1, 0.1), self.random.between(0.1, 0.3));
+            let inside = vec![[x, z], [x + size, z], [x, z + size], [x + size / 4.0, z + size / 4.0]];
+            CenterKeys::Over {
+                inside,
+                margin: if self.coin() { 0.0 } else { self.random.between(0.0, 0.02) },
+            }
+        };
+        let mass = |(draw, name): (&mut Self, String)| {
+            (name, MassKeys { kg: draw.random.between(0.1, 20.0), center: draw.point() })
+        };
+        // The robot has its own.
+        let given = !self.is_robot || self.coin();
+        let masses =
+            given.then(|| self.joints::<3>().into_iter().map(|name| mass((&mut *self, name))).collect());
+        CenterOfMassKeys { place, masses }
     }
 
     fn objective(&mut self, name: &str, moves: bool) -> ObjectiveEntry {
@@ -310,7 +333,9 @@ pub(crate) fn random_document(seed: u64) -> Document {
     }
     // Two have their turn, two come by chance.
     let n_kinds = Kind::NAMES.len();
-    let turns = [0, 1].map(|idx| (seed as usize + 3 * idx) % n_kinds);
+    // Shifted from round to round: what else goes by the seed then meets every kind.
+    let turn = seed as usize + seed as usize / n_kinds;
+    let turns = [0, 1].map(|idx| (turn + 3 * idx) % n_kinds);
     for idx in [turns[0], turns[1], draw.random.below(n_kinds), draw.random.below(n_kinds)] {
         let name = Kind::NAMES[idx];
         document.objectives.push(draw.objective(name, moves));
