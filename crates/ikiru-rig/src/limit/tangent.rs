@@ -7,6 +7,9 @@ use glam::{DQuat, DVec2, DVec3};
 use super::{ANTIPODE, Cone};
 use crate::maths;
 
+/// Near the antipode, sin σ / σ and cos σ/2 count as this.
+const LEAST_SINC: f64 = 1e-6;
+
 /// A cone, seen from a rotation in its tangent space: to first order a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TangentBox {
@@ -24,6 +27,8 @@ pub struct TangentBox {
 pub struct ConeNormal {
     /// Outward unit normal in the tangent space of the rotation.
     pub direction: DVec3,
+    /// By how many radians the twist, or the swing straight out of its edge, grows for each radian along it; at least 1.
+    pub rate: f64,
     /// Whether the limit has no width, so that neither direction is free.
     pub both_ways: bool,
 }
@@ -46,9 +51,11 @@ impl Cone {
         // A tangent ω, seen past the twist, changes the swing vector by (ω·u) u + (σ / sin σ)(ω·v) v; all is
         // scaled by sin σ / σ, which leaves a direction also at the antipode (σ = π).
         let sinc = if angle > 1e-6 { maths::sin(angle) / angle } else { 1.0 };
-        let pull_back = |gradient: DVec2| {
+        // `gradient` is a unit vector.
+        let pull_back = |gradient: DVec2, both_ways: bool| {
             let n = u3 * (gradient.dot(u) * sinc) + v3 * gradient.dot(v);
-            back * n.try_normalize().unwrap_or(u3)
+            let direction = back * n.try_normalize().unwrap_or(u3);
+            ConeNormal { direction, rate: n.length() / sinc.max(LEAST_SINC), both_ways }
         };
         let (a, b) = (self.swing.x, self.swing.y);
         if a < ANTIPODE || b < ANTIPODE {
@@ -57,13 +64,12 @@ impl Cone {
             {
                 let both_ways = width < ANTIPODE;
                 if both_ways || value.abs() >= width - margin {
-                    let direction = pull_back(if value < 0.0 { -axis } else { axis });
-                    normals[idx] = Some(ConeNormal { direction, both_ways });
+                    normals[idx] = Some(pull_back(if value < 0.0 { -axis } else { axis }, both_ways));
                 }
             }
         } else if self.ellipse_excess(swing) >= -2.0 * margin / a.min(b) && !(a >= PI && b >= PI) {
             let gradient = swing / (self.swing * self.swing);
-            normals[0] = Some(ConeNormal { direction: pull_back(gradient), both_ways: false });
+            normals[0] = Some(pull_back(gradient.normalize_or(u), false));
         }
         let range = self.twist;
         let whole_turn = range.max - range.min >= 2.0 * PI;
@@ -73,7 +79,8 @@ impl Cone {
             let gradient = self.axis * c + self.axis.cross(u3) * s;
             let upper = (twist - range.max).abs() <= (twist - range.min).abs();
             let direction = back * if upper { gradient } else { -gradient };
-            normals[2] = Some(ConeNormal { direction, both_ways: range.max - range.min < ANTIPODE });
+            let both_ways = range.max - range.min < ANTIPODE;
+            normals[2] = Some(ConeNormal { direction, rate: 1.0 / c.max(LEAST_SINC), both_ways });
         }
         normals
     }
@@ -88,7 +95,7 @@ impl Cone {
         let u = if angle > 1e-12 { swing / angle } else { DVec2::X };
         let v = DVec2::new(-u.y, u.x);
         let (u3, v3) = (self.in_space(u), self.in_space(v));
-        let sinc = if angle > 1e-6 { (maths::sin(angle) / angle).max(1e-6) } else { 1.0 };
+        let sinc = if angle > 1e-6 { (maths::sin(angle) / angle).max(LEAST_SINC) } else { 1.0 };
         // As for the normals, but with the true length: by how much a function of the swing grows.
         let pull_back = |gradient: DVec2| u3 * gradient.dot(u) + v3 * (gradient.dot(v) / sinc);
         let (a, b) = (self.swing.x, self.swing.y);

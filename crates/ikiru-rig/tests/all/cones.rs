@@ -163,6 +163,9 @@ fn the_tangent_box_has_the_slopes_of_swing_and_twist() {
         }
         let normal = of_rig.normals(q, 1e-7)[0].unwrap();
         assert!(normal.direction.distance(outward) < 1e-6 && !normal.both_ways, "case {case}");
+        // Straight out of the edge the level grows by the length of its slope in the plane of the swing.
+        let rate = of_level.length() / (swing / (widths * widths)).length();
+        assert!((normal.rate - rate).abs() < 1e-6 * rate, "case {case}: {} {rate}", normal.rate);
         // At an end of the twist.
         let q = of_rig.compose((swing * 0.5).to_array(), range.max);
         let twist = |turn: DVec3| {
@@ -170,9 +173,10 @@ fn the_tangent_box_has_the_slopes_of_swing_and_twist() {
             swing_and_twist(&cone, limited_rotation(&cone, rest, turned)).1
         };
         let along = |axis: DVec3| (twist(axis * STEP) - twist(-axis * STEP)) / (2.0 * STEP);
-        let outward = DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)).normalize();
+        let outward = DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z));
         let normal = of_rig.normals(q, 1e-7)[2].unwrap();
-        assert!(normal.direction.distance(outward) < 1e-6, "case {case}");
+        assert!(normal.direction.distance(outward.normalize()) < 1e-6, "case {case}");
+        assert!((normal.rate - outward.length()).abs() < 1e-6 * normal.rate, "case {case}: {}", normal.rate);
         n_checked += 1;
     }
     assert!(n_checked > N_CASES / 3, "{n_checked}");
