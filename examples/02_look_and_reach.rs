@@ -4,8 +4,8 @@
 #![allow(clippy::print_stdout, reason = "an example talks by printing")]
 
 use ikiru::{
-    DVec3, Direction, LookAt, Position, Problem, RestPose, Search, Solver, SolverOptions, formats,
-    solve::Obstacle,
+    DVec3, Direction, Force, ForceBy, LookAt, Position, Problem, RestPose, Search, Solver, SolverOptions,
+    formats,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -34,14 +34,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let verdict = if term.satisfied { "ok" } else { "not met" };
             println!("  {:<10} {:9.5} {:<3} {verdict}", term.kind, term.residual, term.unit.symbol());
         }
-        match report.obstacle {
-            None => {}
-            Some((term, Obstacle::Reach)) => println!("  term {term} is out of reach"),
-            Some((term, Obstacle::Term(other))) => println!("  term {other} pulls against term {term}"),
-            Some((term, Obstacle::Limit(limit))) => {
-                let joint = rig.get(limit.joint).map_or("", |j| &j.name);
-                println!("  a limit of {joint} is in the way of term {term}");
-            }
+        // The worst term first, and what is most in its way.
+        for Force { on, by, share, amount, .. } in report.forces {
+            let Some(term) = on else { continue };
+            let what = match by {
+                ForceBy::Reach { is_proven: true } => format!("{amount:.2} m out of reach"),
+                ForceBy::Reach { is_proven: false } => "out of reach from here".to_owned(),
+                ForceBy::Term(other) => format!("term {other}, which pulls the other way"),
+                ForceBy::Limit { joint, kind } => {
+                    format!("{kind:?} limit of {}", rig.get(*joint).map_or("", |joint| &joint.name))
+                }
+                ForceBy::Smoothness | ForceBy::RateLimits => "the motion".to_owned(),
+            };
+            println!("  in the way of term {term}: {what} ({:.0} %)", 100.0 * share);
         }
     }
     Ok(())

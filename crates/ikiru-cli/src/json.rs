@@ -9,6 +9,7 @@ use ikiru_solve::{PartReport, Problem, Report};
 use serde_json::{Value, json};
 
 use crate::constraints::Constraint;
+use crate::obstacles::About;
 use crate::report::{self, warnings};
 
 /// What `solve --json` and `demo --json` print.
@@ -36,6 +37,7 @@ pub(crate) fn solved(scenario: &Scenario, solved: &Report<'_>, pose: &Pose, time
         .collect();
     let constraints: Vec<Value> =
         report::constraints(scenario, solved).iter().map(Constraint::json).collect();
+    let about = About::pose(scenario);
     json!({
         "success": solved.success,
         "stop": solved.stop.name(),
@@ -45,6 +47,8 @@ pub(crate) fn solved(scenario: &Scenario, solved: &Report<'_>, pose: &Pose, time
         "time_us": time.as_secs_f64() * 1e6,
         "objectives": objectives,
         "constraints": constraints,
+        "obstacles": about.json(solved.forces),
+        "hint": solved.hint.map(|hint| about.hint(hint)),
         "warnings": warnings(scenario, solved),
         "pose": pose_json(pose, &scenario.active),
     })

@@ -8,6 +8,7 @@ mod features;
 mod input;
 mod json;
 mod numbers;
+mod obstacles;
 mod output;
 mod report;
 mod warnings;

@@ -4,17 +4,15 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
-use ikiru_rig::{JointId, JointMotion, Pose, Rig, Role};
+use ikiru_rig::{Pose, Role};
 use ikiru_scenario::Scenario;
-use ikiru_solve::{ActiveLimit, LimitKind, Obstacle, PartReport, Report, SolverOptions, StopReason};
+use ikiru_solve::{PartReport, Report, SolverOptions, StopReason};
 
 use crate::constraints::{self, Constraint};
 use crate::numbers::{self, short};
+use crate::obstacles::About;
 use crate::output::printable;
 use crate::warnings;
-
-/// How many active limits are listed by name.
-const MOST_LIMITS: usize = 4;
 
 /// What the user should know besides the result.
 pub(crate) fn warnings(scenario: &Scenario, report: &Report<'_>) -> Vec<String> {
@@ -52,22 +50,9 @@ pub(crate) fn solved(
     line("iterations", format!("{} {starts}, method {}", report.iterations, scenario.method()));
     let time = numbers::time(time);
     line("time", if notes.is_empty() { time } else { format!("{time} {}", notes.join(", ")) });
-    if !report.limits.is_empty() {
-        let named: Vec<String> =
-            report.limits.iter().take(MOST_LIMITS).map(|limit| limit_text(limit, pose)).collect();
-        let more = report.limits.len().saturating_sub(MOST_LIMITS);
-        let more = if more > 0 { format!(", and {more} more") } else { String::new() };
-        line("at limits", format!("{}{more}", named.join(", ")));
-    }
-    if let Some((term, obstacle)) = report.obstacle {
-        line(
-            "in the way",
-            format!(
-                "of {}: {}",
-                objective_text(scenario, term),
-                obstacle_text(scenario, term, obstacle, pose)
-            ),
-        );
+    let about = About::pose(scenario);
+    for (key, words) in about.lines(report.forces, report.hint, report.success, |_| pose.clone()) {
+        line(key, words);
     }
     printable(&text).into_owned()
 }
@@ -159,66 +144,4 @@ pub(crate) fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
         (StopReason::InvalidInput, _) => "the input is not usable".to_owned(),
         (StopReason::ObjectiveFailed, _) => "an objective gave up".to_owned(),
     }
-}
-
-/// Why an objective stays as it is.
-pub(crate) fn nothing_moves(joint: &str) -> String {
-    format!("no active joint moves '{joint}'")
-}
-
-fn objective_text(scenario: &Scenario, term: usize) -> String {
-    let kind = scenario.objectives.get(term).map_or("", |o| o.kind);
-    match scenario.joint_name(term) {
-        Some(joint) => format!("objective {} ({kind} of {joint})", term + 1),
-        None => format!("objective {} ({kind})", term + 1),
-    }
-}
-
-fn obstacle_text(scenario: &Scenario, term: usize, obstacle: Obstacle, pose: &Pose) -> String {
-    if let Some(joint) = scenario.out_of_hand(term) {
-        return format!("{}: expected a joint above it in 'active'", nothing_moves(joint));
-    }
-    match obstacle {
-        Obstacle::Limit(limit) => format!("the limit of {}", limit_text(&limit, pose)),
-        Obstacle::Term(other) => format!("{} pulls the other way", objective_text(scenario, other)),
-        Obstacle::Reach => "its target is out of reach from here".to_owned(),
-    }
-}
-
-/// The joint, which of its limits, and the value there.
-fn limit_text(limit: &ActiveLimit, pose: &Pose) -> String {
-    let rig = pose.rig();
-    let name = name(rig, limit.joint);
-    match limit.kind {
-        LimitKind::Angle(axis) => {
-            let angle = pose.euler(limit.joint).and_then(|a| a.get(axis).copied()).unwrap_or_default();
-            format!("{name} angle {} {}", ["x", "y", "z"].get(axis).unwrap_or(&""), numbers::angle(angle))
-        }
-        LimitKind::Value => {
-            let value = pose.value(limit.joint).unwrap_or_default();
-            match rig.get(limit.joint).map(|j| j.motion) {
-                Some(JointMotion::Slider { .. }) => format!("{name} offset {} m", numbers::length(value)),
-                Some(
-                    JointMotion::Fixed
-                    | JointMotion::Hinge { .. }
-                    | JointMotion::Euler { .. }
-                    | JointMotion::Ball { .. }
-                    | JointMotion::Free { .. },
-                )
-                | None => format!("{name} angle {}", numbers::angle(value)),
-            }
-        }
-        LimitKind::Swing | LimitKind::Twist => {
-            let cone = rig.get(limit.joint).and_then(|j| j.motion.cone().copied());
-            let (swing, twist) = cone.map(|c| c.decompose(pose.rotation(limit.joint))).unwrap_or_default();
-            match limit.kind {
-                LimitKind::Swing => format!("{name} swing {}", numbers::angle(swing[0].hypot(swing[1]))),
-                _ => format!("{name} twist {}", numbers::angle(twist)),
-            }
-        }
-    }
-}
-
-fn name(rig: &Rig, joint: JointId) -> &str {
-    rig.get(joint).map_or("", |j| &j.name)
 }

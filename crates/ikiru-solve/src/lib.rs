@@ -9,6 +9,8 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod check;
+mod explain;
+mod force;
 mod gradient;
 mod lanes;
 mod layout;
@@ -27,6 +29,7 @@ mod words;
 pub mod objectives;
 
 pub use check::{CheckError, check_jacobian};
+pub use force::{Force, ForceBy, Hint, LimitKind};
 pub use lanes::LaneScratch;
 pub use motion::{
     MotionError, MotionProblem, MotionReport, MotionTermReport, MotionWorkspace, PlannedMotion, TargetPath,
@@ -38,9 +41,7 @@ pub use objective::{
 };
 pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub use problem::Problem;
-pub use report::{
-    ActiveLimit, Invalid, LimitKind, Obstacle, PartReport, PartReports, Report, StopReason, TermReport,
-};
+pub use report::{Invalid, PartReport, PartReports, Report, StopReason, TermReport};
 pub use residual::Residual;
 pub use solver::{Solver, Workspace};
 pub use term::{Term, TermId, Tolerance};

@@ -1,10 +1,11 @@
-//! What came of a solve: success, the reason it ended, every term's residual, and what is in the way.
+//! What came of a solve: success, the reason it ended, every term's residual, and the forces that explain it.
 
 use std::fmt::{self, Debug, Formatter};
 use std::ops::{Deref, DerefMut};
 
-use ikiru_rig::{JointId, JointMotion};
+use ikiru_rig::JointId;
 
+use crate::force::{Force, Hint};
 use crate::objective::{MOST_PARTS, Unfit};
 use crate::words::Unit;
 
@@ -152,49 +153,6 @@ impl TermReport {
     }
 }
 
-/// Which of a joint's limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LimitKind {
-    /// The angle or offset of a hinge or slider.
-    Value,
-    /// The angle of an Euler joint about an axis (0 = x).
-    Angle(usize),
-    /// The swing cone of a ball.
-    Swing,
-    /// The twist range of a ball.
-    Twist,
-}
-
-/// A limit that the pose lies on and that the cost pushes against.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ActiveLimit {
-    /// The joint.
-    pub joint: JointId,
-    /// Which of its limits.
-    pub kind: LimitKind,
-    /// How much the cost would fall for each radian (or metre) beyond it.
-    pub multiplier: f64,
-}
-
-impl ActiveLimit {
-    pub(crate) fn of_coordinate(joint: JointId, motion: &JointMotion, idx: usize, multiplier: f64) -> Self {
-        let kind =
-            if let JointMotion::Euler { .. } = motion { LimitKind::Angle(idx) } else { LimitKind::Value };
-        Self { joint, kind, multiplier }
-    }
-}
-
-/// What keeps the worst unmet term from its target.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Obstacle {
-    /// A joint limit: the term pushes against it.
-    Limit(ActiveLimit),
-    /// Another term, by position: it pulls the other way.
-    Term(usize),
-    /// Neither: the target is out of reach from here.
-    Reach,
-}
-
 /// What came of a solve.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
@@ -212,10 +170,14 @@ pub struct Report<'a> {
     pub start_projected: bool,
     /// The terms, in the order in which they were added.
     pub terms: &'a [TermReport],
-    /// The limits that the pose lies on and the cost pushes against, the strongest first.
-    pub limits: &'a [ActiveLimit],
-    /// Where the bar was not met: the worst unmet term and what is in its way.
-    pub obstacle: Option<(usize, Obstacle)>,
+    /// What is in the way of each term that is not met, the worst term first and of each at most its eight strongest
+    /// forces, the strongest first; then the limits and constraints that act and are in nobody's way. A term is not met
+    /// where success asks for it and it is beyond its tolerance; where that is none and the cost is not below its bar,
+    /// where it is beyond its tolerance at all, else the one that costs most. Empty where a cost below
+    /// `cost_below` was reached.
+    pub forces: &'a [Force],
+    /// What would help the worst term that is not met and proven to be out of reach.
+    pub hint: Option<Hint>,
     /// What was not usable, where `stop` is [`StopReason::InvalidInput`] or [`StopReason::ObjectiveFailed`].
     pub invalid: Option<Invalid>,
 }
@@ -229,7 +191,7 @@ pub(crate) struct Summary {
     pub(crate) iterations: usize,
     pub(crate) restarts: usize,
     pub(crate) start_projected: bool,
-    pub(crate) obstacle: Option<(usize, Obstacle)>,
+    pub(crate) hint: Option<Hint>,
     pub(crate) invalid: Option<Invalid>,
 }
 
@@ -242,24 +204,13 @@ impl Summary {
             iterations: 0,
             restarts: 0,
             start_projected: false,
-            obstacle: None,
+            hint: None,
             invalid: Some(invalid),
         }
     }
 
-    pub(crate) fn report<'a>(self, terms: &'a [TermReport], limits: &'a [ActiveLimit]) -> Report<'a> {
-        let Self { success, stop, cost, iterations, restarts, start_projected, obstacle, invalid } = self;
-        Report {
-            success,
-            stop,
-            cost,
-            iterations,
-            restarts,
-            start_projected,
-            terms,
-            limits,
-            obstacle,
-            invalid,
-        }
+    pub(crate) fn report<'a>(self, terms: &'a [TermReport], forces: &'a [Force]) -> Report<'a> {
+        let Self { success, stop, cost, iterations, restarts, start_projected, hint, invalid } = self;
+        Report { success, stop, cost, iterations, restarts, start_projected, terms, forces, hint, invalid }
     }
 }

@@ -2,15 +2,13 @@
 
 use ikiru_rig::Pose;
 
-use crate::gradient::whole_gradient;
+use crate::explain::{Explainer, Of, Standing, Unmet, hint};
+use crate::force::{Force, Hint};
 use crate::layout::Layout;
 use crate::objective::Unfit;
 use crate::options::{Method, SolverOptions};
 use crate::problem::Problem;
-use crate::report::{
-    ActiveLimit, Invalid, LimitKind, Obstacle, PartReport, PartReports, Report, StopReason, Summary,
-    TermReport,
-};
+use crate::report::{Invalid, PartReport, PartReports, Report, StopReason, Summary, TermReport};
 use crate::solvers::search::{Budget, Outcome, Searcher};
 use crate::state::State;
 use crate::term::Term;
@@ -29,9 +27,8 @@ pub struct Workspace {
     state: State,
     searcher: Searcher,
     terms: Vec<TermReport>,
-    limits: Vec<ActiveLimit>,
-    gradient: Vec<f64>,
-    worst_gradient: Vec<f64>,
+    explainer: Explainer,
+    unmet: Unmet,
 }
 
 impl Workspace {
@@ -44,9 +41,8 @@ impl Workspace {
         self.state = State::new(&layout);
         self.searcher = Searcher::new(&layout);
         self.terms = Vec::with_capacity(layout.terms.len());
-        self.limits = Vec::with_capacity(layout.n_dofs);
-        self.gradient = vec![0.0; layout.n_dofs];
-        self.worst_gradient = vec![0.0; layout.n_dofs];
+        self.explainer = Explainer::new(&layout);
+        self.unmet = Unmet::new(layout.terms.len(), layout.n_coords);
         self.layout = layout;
         Ok(())
     }
@@ -81,13 +77,13 @@ impl Solver {
     /// [`StopReason::InvalidInput`](crate::StopReason::InvalidInput), the pose untouched.
     pub fn solve<'w>(&self, problem: &Problem, pose: &mut Pose, workspace: &'w mut Workspace) -> Report<'w> {
         workspace.terms.clear();
-        workspace.limits.clear();
+        workspace.explainer.forces.clear();
         let fit = workspace.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit));
         let summary = match fit.and_then(|()| self.check(problem, pose)) {
             Ok(()) => self.solve_valid(problem, pose, workspace),
             Err(invalid) => Summary::invalid(invalid),
         };
-        summary.report(&workspace.terms, &workspace.limits)
+        summary.report(&workspace.terms, &workspace.explainer.forces)
     }
 
     fn check(&self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
@@ -116,6 +112,7 @@ impl Solver {
             let reason = "has numbers that are not finite, or quaternions that are not of unit length";
             return Summary::invalid(Invalid::Pose(reason));
         }
+        w.unmet.begin(&w.state.coords);
         let start_projected = w.state.project(&w.layout);
         w.state.memory.failure = None;
         let cost = w.state.differentiate(&w.layout, problem);
@@ -158,21 +155,15 @@ impl Solver {
             StopReason::Reached => StopReason::Converged,
             other => other,
         };
-        let mut obstacle = None;
-        if success && self.options.cost_below.is_some() {
-            // Nothing is in the way, and this is the hot path: limits are left to who asks for tolerances.
-            w.limits.clear();
-        } else {
-            w.state.linearize(&w.layout, problem, false);
-            whole_gradient(&w.layout, &w.state, 0.0, &mut w.gradient);
-            push_limits(&w.layout, &w.state, &w.gradient, &mut w.limits);
-            w.limits.sort_unstable_by(|a, b| b.multiplier.total_cmp(&a.multiplier));
-            if !success {
-                obstacle = find_obstacle(problem, w);
-            }
+        // Where the bar is a cost and it is met, nothing is in the way, and this is the hot path.
+        let is_plain =
+            success && (self.options.cost_below.is_some() || w.explainer.is_free(&w.layout, &w.state));
+        let hint = if is_plain { None } else { explain(problem, w, success) };
+        if success {
+            w.unmet.forget();
         }
         let invalid = failure.map(|(term, reason)| Invalid::Term(term, reason.into()));
-        Summary { success, stop, cost, iterations, restarts, start_projected, obstacle, invalid }
+        Summary { success, stop, cost, iterations, restarts, start_projected, hint, invalid }
     }
 }
 
@@ -237,82 +228,39 @@ fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &m
     }
 }
 
-/// How near to a limit a pose counts as on it, for reports.
-const ON_LIMIT: f64 = 1e-7;
-
-/// The limits that the pose lies on and that a gradient pushes against.
-fn push_limits(layout: &Layout, state: &State, gradient: &[f64], limits: &mut Vec<ActiveLimit>) {
-    for m in &layout.movers {
-        for (i, range) in m.motion.ranges().iter().enumerate() {
-            let (x, g) = (state.coords[m.coord + i], gradient[m.dof + i]);
-            if (x <= range.min + ON_LIMIT && g > 0.0) || (x >= range.max - ON_LIMIT && g < 0.0) {
-                limits.push(ActiveLimit::of_coordinate(m.joint, &m.motion, i, g.abs()));
+/// Tells what is in the way of each term that is not met, and what else acts.
+fn explain(problem: &Problem, w: &mut Workspace, success: bool) -> Option<Hint> {
+    let Workspace { layout, state, explainer, unmet, terms, .. } = w;
+    state.linearize(layout, problem, false);
+    let mut found = None;
+    if !success {
+        unmet.find(terms.len(), |term| {
+            let TermReport { satisfied, mandatory, hard, cost, residual, others, .. } = &terms[term];
+            let residual = residual + others.iter().map(|part| part.residual).sum::<f64>();
+            Standing { satisfied: *satisfied, mandatory: *mandatory, hard: *hard, cost: *cost, residual }
+        });
+        // Constraints stand before wishes.
+        let n_constraints = unmet.terms.iter().take_while(|term| terms[**term].hard).count();
+        for (of, range) in
+            [(Of::UnmetConstraints, 0..n_constraints), (Of::Wishes, n_constraints..unmet.terms.len())]
+        {
+            if of == Of::Wishes || !range.is_empty() {
+                explainer.read(layout, state, problem, of, None);
+            }
+            for idx in range {
+                let term = unmet.terms[idx];
+                let leader = explainer.explain(layout, state, problem, term, None, unmet.leader(term));
+                unmet.lead(term, leader);
             }
         }
-        let Some(cone) = m.motion.cone() else { continue };
-        let coord = m.coord + m.n_coords - 4;
-        let q = glam::DQuat::from_slice(&state.coords[coord..coord + 4]);
-        let g = glam::DVec3::from_slice(&gradient[m.dof + m.n_dofs - 3..m.dof + m.n_dofs]);
-        for (slot, normal) in cone.normals(q, ON_LIMIT).into_iter().enumerate() {
-            let Some(normal) = normal else { continue };
-            let push = -g.dot(normal.direction);
-            let push = if normal.both_ways { push.abs() } else { push };
-            if push > 0.0 && limits.len() < limits.capacity() {
-                let kind = if slot < 2 { LimitKind::Swing } else { LimitKind::Twist };
-                limits.push(ActiveLimit { joint: m.joint, kind, multiplier: push });
-            }
-        }
+        unmet.end(&state.coords);
+        let out_of_reach = explainer.forces.iter().find_map(Force::proves);
+        found = out_of_reach.and_then(|term| hint(layout, state, problem, problem.rig(), term));
+    } else {
+        explainer.read(layout, state, problem, Of::Wishes, None);
     }
-}
-
-/// The worst unmet term and what is in its way: a limit that it pushes against, another term that pulls the
-/// other way, or neither.
-fn find_obstacle(problem: &Problem, w: &mut Workspace) -> Option<(usize, Obstacle)> {
-    // Unmet before met, mandatory before optional, then the most expensive.
-    let rank = |t: &TermReport| (!t.satisfied, t.mandatory);
-    let worst = w
-        .terms
-        .iter()
-        .enumerate()
-        .max_by(|(_, a), (_, b)| rank(a).cmp(&rank(b)).then(a.cost.total_cmp(&b.cost)))?
-        .0;
-    term_gradient(&w.layout, &w.state, worst, &mut w.worst_gradient);
-    let square = w.worst_gradient.iter().map(|g| g * g).sum::<f64>();
-    if square == 0.0 {
-        return Some((worst, Obstacle::Reach));
-    }
-    // Of the limits that the whole cost pushes against, the one that the worst term pushes against most.
-    let strongest = w.limits.first().copied();
-    let mut opposing: Option<(usize, f64)> = None;
-    for term in (0..problem.terms().len()).filter(|t| *t != worst) {
-        term_gradient(&w.layout, &w.state, term, &mut w.gradient);
-        let along = w.gradient.iter().zip(&w.worst_gradient).map(|(a, b)| a * b).sum::<f64>() / square;
-        if along < -0.1 && opposing.is_none_or(|(_, least)| along < least) {
-            opposing = Some((term, along));
-        }
-    }
-    let limit_part = strongest.map_or(0.0, |l| l.multiplier * l.multiplier / square);
-    Some((
-        worst,
-        match (strongest, opposing) {
-            (Some(limit), Some((_, along))) if limit_part > along * along => Obstacle::Limit(limit),
-            (_, Some((term, _))) => Obstacle::Term(term),
-            (Some(limit), None) if limit_part > 1e-3 => Obstacle::Limit(limit),
-            _ => Obstacle::Reach,
-        },
-    ))
-}
-
-/// The gradient of one term, as of the last linearization.
-fn term_gradient(layout: &Layout, state: &State, term: usize, gradient: &mut [f64]) {
-    gradient.fill(0.0);
-    let Some(t) = layout.terms.iter().find(|t| t.term == term) else { return };
-    for (k, span) in layout.spans.iter().enumerate() {
-        let (first, last) = (span.first.max(t.rows.start), (span.first + span.len).min(t.rows.end));
-        for row in first..last {
-            gradient[k] += 2.0 * state.jacobian[span.start + row - span.first] * state.scaled[row];
-        }
-    }
+    explainer.explain_others(layout, state, None);
+    found
 }
 
 #[cfg(test)]

@@ -165,9 +165,9 @@ pub use ikiru_rig::{
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
-    Loss, Method, MotionProblem, MotionReport, MotionWorkspace, Objective, PlannedMotion, Problem, Report,
-    Residual, Search, Solver, SolverOptions, StopReason, TargetPath, TermId, Timeline, Tolerance, Unit, When,
-    Workspace,
+    Force, ForceBy, Hint, LimitKind, Loss, Method, MotionProblem, MotionReport, MotionWorkspace, Objective,
+    PlannedMotion, Problem, Report, Residual, Search, Solver, SolverOptions, StopReason, TargetPath, TermId,
+    Timeline, Tolerance, Unit, When, Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.

@@ -14,6 +14,7 @@ use crate::constraints::{self, Constraint};
 use crate::failure::{Failure, Outcome};
 use crate::input::read_scenario;
 use crate::numbers::{self, short};
+use crate::obstacles::{About, nothing_moves};
 use crate::{features, json, output, report, warnings};
 
 /// What is said of an objective besides its figures.
@@ -148,6 +149,9 @@ fn described(
         let constraints = constraints(motion, report).iter().map(Constraint::json).collect();
         described.insert("constraints".to_owned(), Value::Array(constraints));
         let exceeded: Vec<Value> = report.exceeded.iter().map(|e| exceeded_json(clip.rig(), e)).collect();
+        let about = About::motion(motion);
+        described.insert("obstacles".to_owned(), about.json(&report.forces));
+        described.insert("hint".to_owned(), json!(report.hint.map(|hint| about.hint(hint))));
         described.insert("exceeded".to_owned(), Value::Array(exceeded));
         described.insert("warnings".to_owned(), json!(warnings));
     }
@@ -180,7 +184,7 @@ fn text(
             (true, _) => "ok".to_owned(),
             (false, true) if motion.solver.options().cost_below.is_some() && report.success => String::new(),
             (false, true) => match motion.out_of_hand(idx) {
-                Some(joint) => format!("unmet: {}", report::nothing_moves(joint)),
+                Some(joint) => format!("unmet: {}", nothing_moves(joint)),
                 None => format!("unmet, worst at {} s", short(term.worst_secs)),
             },
             (false, false) => "shapes".to_owned(),
@@ -210,6 +214,12 @@ fn text(
     line("cost", format!("{}, {smooth}", numbers::cost(report.cost)));
     line("iterations", format!("{} with {} restarts", report.iterations, report.restarts));
     line("time", numbers::time(time));
+    // What is exceeded stands above.
+    let is_told = report.success || !report.exceeded.is_empty();
+    let at = |term: Option<usize>| clip.sample(term.map_or(0.0, |term| report.terms[term].worst_secs));
+    for (key, words) in About::motion(motion).lines(&report.forces, report.hint, is_told, at) {
+        line(key, words);
+    }
     let (n, secs) = (clip.poses().len(), clip.duration_secs());
     let peak = |rate| clip.rates(rate).summary(&motion.active, RatePart::Rotation).peak.to_degrees();
     let peaks = format!("peak speed {:.0}°/s, peak jerk {:.0}°/s³", peak(Rate::Speed), peak(Rate::Jerk));

@@ -59,7 +59,7 @@ fn reports_have_the_keys_that_other_programs_read() {
     assert_eq!(run.stdout.lines().count(), 1);
     let report = run.json();
     let of_solve = ["success", "stop", "cost", "iterations", "restarts", "time_us"];
-    let of_pose = ["objectives", "constraints", "warnings", "pose"];
+    let of_pose = ["objectives", "constraints", "obstacles", "hint", "warnings", "pose"];
     assert_eq!(keys(&report), [&of_solve[..], &of_pose].concat());
     assert!(report["time_us"].as_f64().unwrap() > 0.0);
     assert_eq!((&report["success"], &report["stop"]), (&Value::Bool(true), &Value::from("reached")));
@@ -130,6 +130,61 @@ fn best_efforts_end_with_1_and_are_written() {
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(run.stdout.contains("not reached") && run.stdout.contains("in the way"), "{}", run.stdout);
     assert!(ikiru_formats::read(folder.path().join("far.glb")).is_ok());
+}
+
+#[test]
+fn what_is_in_the_way_is_told_with_shares_and_what_would_help() {
+    let folder = tempfile::tempdir().unwrap();
+    let solve = |text: &str| {
+        std::fs::write(folder.path().join("s.toml"), text).unwrap();
+        let [json, spoken] = [&["solve", "s.toml", "--json"][..], &["solve", "s.toml"]]
+            .map(|args| ikiru_in(folder.path(), args));
+        (json.json(), spoken.stdout)
+    };
+    let (report, _) = solve(REACH);
+    assert_eq!((&report["obstacles"], &report["hint"]), (&Value::Array(Vec::new()), &Value::Null));
+    // From the shoulder to the hand it is a known way, and the body could walk.
+    let far = REACH.replace("[0.35, 1.1, 0.3]", "[2.0, 1.1, 0.3]");
+    let (report, spoken) = solve(&far);
+    let rig = ikiru_formats::builtin("human").unwrap().rig;
+    let pose = rig.rest_pose();
+    let at = |name: &str| pose.frame(rig.joint(name).unwrap()).origin.value();
+    let [shoulder, elbow, hand] = ["leftUpperArm", "leftLowerArm", "leftHand"].map(at);
+    let length = shoulder.distance(elbow) + elbow.distance(hand);
+    let missing = DVec3::new(2.0, 1.1, 0.3).distance(shoulder) - length;
+    let obstacles = report["obstacles"].as_array().unwrap();
+    assert_eq!(keys(&obstacles[0]), ["objective", "kind", "name", "share", "amount", "unit"]);
+    let reach = obstacles.iter().find(|o| o["kind"] == "reach").unwrap();
+    assert_eq!(
+        (&reach["objective"], &reach["name"], &reach["unit"]),
+        (&0.into(), &"hand_l".into(), &"m".into())
+    );
+    assert!((reach["amount"].as_f64().unwrap() - missing).abs() < 1e-9, "{reach}");
+    let sum: f64 = obstacles.iter().map(|o| o["share"].as_f64().unwrap()).sum();
+    assert!(sum <= 1.0 + 1e-9 && reach["share"].as_f64().unwrap() > 0.5, "{obstacles:?}");
+    let root = rig.get(rig.root().unwrap()).unwrap().name.clone();
+    assert!(report["hint"].as_str().unwrap().contains(&format!("root = \"free\" lets '{root}' float")));
+    let way = spoken.lines().find(|line| line.starts_with("in the way")).unwrap();
+    assert!(way.contains(&format!("{missing:.3} m out of reach")), "{way}");
+    assert!(spoken.lines().any(|line| line.starts_with("hint")), "{spoken}");
+    // With that root it is reached; where it may not move, the hint is another one.
+    let free = far.replace("active = [", "root = \"free\"\nactive = [");
+    let (report, _) = solve(&free);
+    assert!(report["hint"].as_str().unwrap().contains("'active'"), "{report}");
+    let moves = free.replace("active = [", &format!("active = [\"{root}\", "));
+    let (report, _) = solve(&moves);
+    assert_eq!((&report["success"], &report["hint"]), (&true.into(), &Value::Null));
+    // Two that pull against each other name each other.
+    let both = format!(
+        "{REACH}[[objective]]\nkind = \"position\"\njoint = \"leftHand\"\ntarget = [0.35, 1.2, 0.3]\n"
+    );
+    let (report, spoken) = solve(&both);
+    let name = |idx: usize| report["obstacles"][idx]["name"].as_str().unwrap().to_owned();
+    assert_eq!(
+        (report["obstacles"][0]["kind"].as_str(), name(0).contains("(position of hand_l)")),
+        (Some("objective"), true)
+    );
+    assert_eq!(spoken.lines().filter(|line| line.starts_with("in the way")).count(), 2, "{spoken}");
 }
 
 #[test]

@@ -204,7 +204,12 @@ fn limits_on_rates_hold_in_what_is_written() {
     let last = |report: &Value| report["times"].as_array().unwrap().last().unwrap().as_f64().unwrap();
     assert!(last(&free) > 1.2 && (last(&fixed) - 0.9).abs() < 1e-9);
     assert!(free["objectives"][1]["at"].as_f64().unwrap() == last(&free));
-    assert!(fixed["objectives"].as_array().unwrap().iter().any(|o| o["satisfied"] == false));
+    let unmet = fixed["objectives"].as_array().unwrap().iter().position(|o| o["satisfied"] == false).unwrap();
+    // What is in its way are those limits.
+    let obstacle = &fixed["obstacles"][0];
+    assert_eq!((&obstacle["objective"], &obstacle["kind"]), (&unmet.into(), &"limit".into()), "{obstacle}");
+    assert_eq!(obstacle["name"], "speed and acceleration", "{}", fixed["obstacles"]);
+    assert!(free["obstacles"].as_array().unwrap().is_empty() && free["hint"].is_null());
     // Given frames too far apart: the joint, the time, and by how much.
     let far = "version = 1\nrig = \"builtin:panda\"\n[[objective]]\nkind = \"rest_pose\"\nat = 0.5\n\
                [motion]\nduration_secs = 1\nmax_speed_deg = 20\n[motion.end]\npanda_joint1 = { angle_deg = 90 }\n";

@@ -7,6 +7,7 @@ mod banded;
 mod cases;
 mod cones;
 mod error;
+mod explain;
 mod guards;
 mod iterative;
 mod limited;

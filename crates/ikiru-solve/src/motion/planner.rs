@@ -4,6 +4,7 @@ use ikiru_rig::{Clip, Pose};
 
 use crate::layout::Layout;
 use crate::motion::adam::MotionAdam;
+use crate::motion::explain::explain;
 use crate::motion::problem::MotionProblem;
 use crate::motion::report::{MotionReport, report_terms};
 use crate::motion::state::MotionState;
@@ -206,6 +207,11 @@ impl<'a> Run<'a> {
             Some(bar) => cost < bar && terms.iter().all(|t| t.satisfied || !t.hard),
             None => terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
+        let (forces, hint) = if within {
+            (Vec::new(), None)
+        } else {
+            explain(&self.layout, self.motion, &mut self.state, &terms)
+        };
         let mut clip = self.clip();
         let exceeded;
         if self.motion.has_free_duration() {
@@ -232,6 +238,8 @@ impl<'a> Run<'a> {
             iterations: self.budget.iterations,
             restarts,
             terms,
+            forces,
+            hint,
             exceeded,
             invalid: failure.map(|(term, reason)| Invalid::Term(term, reason.into())),
         };

@@ -2,6 +2,7 @@
 
 use ikiru_rig::{JointId, RateExcess};
 
+use crate::force::{Force, Hint};
 use crate::layout::Layout;
 use crate::motion::problem::MotionProblem;
 use crate::motion::sample_terms::SampleTerms;
@@ -73,6 +74,12 @@ pub struct MotionReport {
     pub restarts: usize,
     /// The terms, in the order in which they were added.
     pub terms: Vec<MotionTermReport>,
+    /// What is in the way of each term that is not met, at the sample at which it misses the most: the worst term first, and
+    /// of each at most its eight strongest forces, the strongest first, as in [`Report::forces`](crate::Report::forces).
+    /// Empty where the bar was met, but for limits on speed and acceleration.
+    pub forces: Vec<Force>,
+    /// What would help the worst term that is not met and proven to be out of reach.
+    pub hint: Option<Hint>,
     /// Limits on speed and acceleration that the motion does not keep, the worst first: only where no motion was found
     /// that keeps them: samples that are given are too far apart or too fast, a ball is stopped at once by its cone, or
     /// iterations or time ended before a history in full motion was led within its limits. Between samples of a history
@@ -93,6 +100,8 @@ impl MotionReport {
             iterations: 0,
             restarts: 0,
             terms: Vec::new(),
+            forces: Vec::new(),
+            hint: None,
             exceeded: Vec::new(),
             invalid: Some(invalid),
         }

@@ -260,6 +260,27 @@ impl MotionState {
         }
     }
 
+    /// Linearizes one sample alone, and gives the gradient by it of smoothness, spacing and limits on rates, as of the last
+    /// [linearization](Self::linearize).
+    pub(crate) fn linearize_sample(
+        &mut self,
+        layout: &Layout,
+        motion: &MotionProblem,
+        t: usize,
+        beside: &mut [f64],
+    ) {
+        let terms = motion.wanted_at(t);
+        self.enter(layout, t);
+        self.sample.differentiate(layout, &terms);
+        self.sample.linearize(layout, &terms, false);
+        let n = layout.n_dofs;
+        for ((beside, all), own) in
+            beside.iter_mut().zip(&self.gradient[t * n..]).zip(&self.sample.own_gradient)
+        {
+            *beside = 2.0 * (all - own);
+        }
+    }
+
     /// Copies the rows of the sample that was linearized.
     fn push_rows(&mut self, layout: &Layout, terms: &impl Terms, t: usize) {
         let (first_of_sample, first_guard) = (self.rows.n_rows(), self.guards.rows.n_rows());

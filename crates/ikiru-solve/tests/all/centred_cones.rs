@@ -6,7 +6,9 @@ use crate::common::plan;
 use glam::DVec3;
 use ikiru_rig::{Cone, ConeCentre, Joint, JointId, JointMotion, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Orientation, Position};
-use ikiru_solve::{Method, MotionProblem, Problem, Search, Solver, SolverOptions, Timeline, When};
+use ikiru_solve::{
+    Force, ForceBy, Method, MotionProblem, Problem, Search, Solver, SolverOptions, Timeline, When,
+};
 use ikiru_testkit::cones::largest_cone_excess;
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose};
@@ -100,7 +102,8 @@ fn the_limit_in_the_way_is_named() {
     let mut pose = rig.rest_pose();
     let mut workspace = solver.workspace(&problem);
     let report = solver.solve(&problem, &mut pose, &mut workspace);
-    assert!(!report.success && report.limits.iter().any(|limit| limit.joint == ball));
+    let is_held = |force: &Force| matches!(force.by, ForceBy::Limit { joint, .. } if joint == ball);
+    assert!(!report.success && report.forces.iter().any(is_held));
     // 0.5 rad from +z towards +x is as near as it gets.
     let wanted = DVec3::new(0.5_f64.sin(), 0.0, 0.5_f64.cos());
     let found = world_matrices(&pose)[tip.index()].w_axis.truncate();

@@ -6,6 +6,7 @@ mod centred_cones;
 mod common;
 mod contract;
 mod custom;
+mod forces;
 mod hard;
 mod hard_motions;
 #[cfg(feature = "ipopt")]
@@ -16,6 +17,7 @@ mod motion_cones;
 mod motion_given;
 mod no_allocation;
 mod rate_limits;
+mod reach;
 mod solving;
 mod terms;
 mod tracking;

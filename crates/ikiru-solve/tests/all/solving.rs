@@ -9,8 +9,8 @@ use ikiru_solve::objectives::{
     Direction, Gaze, JointAngles, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
 };
 use ikiru_solve::{
-    Invalid, LimitKind, Loss, Method, Obstacle, Problem, Search, Solver, SolverOptions, StopReason,
-    Tolerance, Unit,
+    ForceBy, Invalid, LimitKind, Loss, Method, Problem, Search, Solver, SolverOptions, StopReason, Tolerance,
+    Unit,
 };
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig, rigs};
@@ -193,7 +193,9 @@ fn an_unreachable_target_names_what_is_in_the_way() {
     let report = solver.solve(&problem, &mut pose, &mut workspace);
     assert!(!report.success && report.stop == StopReason::Converged);
     assert!((report.terms[0].residual - 1.45).abs() < 1e-6, "stretched out");
-    assert_eq!(report.obstacle, Some((0, Obstacle::Reach)));
+    let [reach] = report.forces else { panic!("{:?}", report.forces) };
+    assert_eq!((reach.on, reach.by, reach.share), (Some(0), ForceBy::Reach { is_proven: true }, 1.0));
+    assert!((reach.amount - 1.45).abs() < 1e-12 && reach.unit == Unit::Metres);
 
     // The elbow does not bend backwards.
     let mut problem = Problem::new(&rig, [elbow]);
@@ -201,9 +203,8 @@ fn an_unreachable_target_names_what_is_in_the_way() {
     let mut pose = rig.rest_pose();
     let mut workspace = solver.workspace(&problem);
     let report = solver.solve(&problem, &mut pose, &mut workspace);
-    let Some((0, Obstacle::Limit(limit))) = report.obstacle else { panic!("{:?}", report.obstacle) };
-    assert_eq!((limit.joint, limit.kind), (elbow, LimitKind::Value));
-    assert_eq!(report.limits.len(), 1);
+    let [limit] = report.forces else { panic!("{:?}", report.forces) };
+    assert_eq!((limit.on, limit.by), (Some(0), ForceBy::Limit { joint: elbow, kind: LimitKind::Value }));
     assert_eq!(pose.value(elbow), Some(0.0));
 
     // Two terms that contradict each other.
@@ -213,8 +214,8 @@ fn an_unreachable_target_names_what_is_in_the_way() {
     let mut pose = rig.rest_pose();
     let mut workspace = solver.workspace(&problem);
     let report = solver.solve(&problem, &mut pose, &mut workspace);
-    let Some((a, Obstacle::Term(b))) = report.obstacle else { panic!("{:?}", report.obstacle) };
-    assert!(a != b && a + b == 1);
+    let [a, b] = report.forces else { panic!("{:?}", report.forces) };
+    assert_eq!((a.on, a.by, b.on, b.by), (Some(0), ForceBy::Term(1), Some(1), ForceBy::Term(0)));
 }
 
 #[test]

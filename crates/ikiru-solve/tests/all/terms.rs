@@ -235,7 +235,7 @@ fn reach(rig: &Rig, tip: JointId, weights: [f64; 2]) -> (bool, StopReason, Pose)
     let report = solver.solve(&problem, &mut pose, &mut workspace);
     let (success, stop) = (report.success, report.stop);
     if success {
-        assert!(report.obstacle.is_none());
+        assert!(report.forces.iter().all(|force| force.on.is_none()));
     }
     (success, stop, pose)
 }

@@ -1,0 +1,51 @@
+//! Why not: what keeps the terms of a motion from what they want, each at the sample at which it misses the most.
+
+use crate::explain::{Beside, Explainer, Of, Standing, Unmet, hint};
+use crate::force::{Force, Hint};
+use crate::layout::Layout;
+use crate::motion::problem::MotionProblem;
+use crate::motion::report::MotionTermReport;
+use crate::motion::state::MotionState;
+
+/// The forces on every term that is not met, the worst term first, and what would help. The motion was evaluated last,
+/// and the times of the reports are still those of its timeline.
+pub(super) fn explain(
+    layout: &Layout,
+    motion: &MotionProblem,
+    state: &mut MotionState,
+    terms: &[MotionTermReport],
+) -> (Vec<Force>, Option<Hint>) {
+    let mut unmet = Unmet::new(terms.len(), 0);
+    unmet.find(terms.len(), |term| {
+        let MotionTermReport { satisfied, mandatory, hard, cost, residual, others, .. } = &terms[term];
+        let residual = residual + others.iter().map(|part| part.residual).sum::<f64>();
+        Standing { satisfied: *satisfied, mandatory: *mandatory, hard: *hard, cost: *cost, residual }
+    });
+    let mut explainer = Explainer::new(layout);
+    let mut found = None;
+    state.linearize(layout, motion);
+    let holds_rates = motion.holds_rates();
+    let mut smoothness = vec![0.0; layout.n_dofs];
+    let mut at = None;
+    for &term in &unmet.terms {
+        let Ok(sample) = motion.timeline().sample_at(terms[term].worst_secs) else { continue };
+        let wanted = motion.wanted_at(sample);
+        if at != Some(sample) {
+            state.linearize_sample(layout, motion, sample, &mut smoothness);
+        }
+        let beside = Some(Beside { smoothness: &smoothness, holds_rates });
+        if at != Some(sample) {
+            explainer.read(layout, &state.sample, &wanted, Of::Wishes, beside);
+        }
+        at = Some(sample);
+        let n_before = explainer.forces.len();
+        explainer.explain(layout, &state.sample, &wanted, term, beside, None);
+        let mut new = explainer.forces[n_before..].iter();
+        if found.is_none()
+            && let Some(term) = new.find_map(Force::proves)
+        {
+            found = hint(layout, &state.sample, &wanted, motion.rig(), term);
+        }
+    }
+    (explainer.forces, found)
+}
