@@ -18,10 +18,8 @@ pub(crate) struct Scene<'a> {
     /// In a scenario with `[motion]`.
     pub(crate) timeline: Option<&'a Timeline>,
     /// The body's own parts, as far as their masses are known.
-    #[allow(dead_code, reason = "for the kinds that come next")]
     pub(crate) segments: &'a [Segment],
     /// The axis of the world that points up, in the axes that targets are given in.
-    #[allow(dead_code, reason = "for the kinds that come next")]
     pub(crate) up: DVec3,
 }
 
@@ -45,7 +43,6 @@ impl Scene<'_> {
     }
 
     /// What a library's objective says of the keys of the table `objective`, at the value that it is about.
-    #[allow(dead_code, reason = "for the kinds that come next")]
     pub(crate) fn unfit(&self, unfit: Unfit, objective: &At<'_>, at: &At<'_>) -> Error {
         let (place, reason) = (objective.place(), unfit_text(self.rig, unfit));
         at.error(ErrorKind::Objective { place, reason })

@@ -79,6 +79,58 @@ fn a_constraint_goes_before_wishes_and_a_missed_one_is_told() {
 }
 
 #[test]
+fn a_body_in_balance_lists_its_feet_its_centre_and_its_hips() {
+    let run = ikiru_fed(&root(), &["solve", "scenarios/balance.toml", "--json"], "");
+    let report = run.json();
+    let constraints = report["constraints"].as_array().unwrap();
+    let kinds: Vec<&str> = constraints.iter().map(|c| c["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, [&["objective"; 5][..], &["coupling"; 2]].concat());
+    let couplings = &constraints[5..];
+    let ends = couplings.iter().map(|c| (&c["a"], &c["b"], &c["unit"])).collect::<Vec<_>>();
+    let [a, b, unit] = ["thigh_l", "calf_l", "rad"].map(Value::from);
+    assert_eq!(ends[0], (&a, &b, &unit));
+    assert_eq!(report["objectives"][5]["target"].to_string(), r#"{"at_most_deg":50.0}"#);
+    // Many joints have a centre.
+    assert_eq!((&constraints[4]["a"], &constraints[4]["b"]), (&Value::Null, &Value::Null));
+    assert!(constraints.iter().all(|c| c["satisfied"] == true && c["bound"] == 0.0));
+    let spoken = ikiru_fed(&root(), &["solve", "scenarios/balance.toml"], "").stdout;
+    assert!(spoken.contains("\nconstraints  all 7 hold\n"), "{spoken}");
+}
+
+#[test]
+fn a_motion_tells_where_a_constraint_has_the_least_left() {
+    let text = "version = 1\nrig = \"builtin:panda\"\n[motion]\nduration_secs = 1\nrate = 20\n\
+                [[objective]]\nkind = \"known_rotation\"\njoints = { panda_joint2 = { angle_deg = 50 } }\nat = 0.5\n\
+                mandatory = false\n\
+                [[objective]]\nkind = \"known_rotation\"\njoints = { panda_joint2 = { angle_deg = 0 } }\n\
+                [[objective]]\nkind = \"coupling\"\nangles = [{ joint = \"panda_joint2\", factor = 1 }]\n\
+                at_most_deg = 30\nhard = true\nfrom = 0.05\nto = 1\n";
+    let run = ikiru_fed(&root(), &["plan", "-", "--json"], text);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    let report = run.json();
+    let [constraint] = &report["constraints"].as_array().unwrap()[..] else { panic!("{report}") };
+    assert_eq!(keys(constraint), ["kind", "a", "b", "value", "bound", "unit", "satisfied", "at"]);
+    assert_eq!((&constraint["kind"], &constraint["a"]), (&"coupling".into(), &"panda_joint2".into()));
+    let value = constraint["value"].as_f64().unwrap();
+    assert!(value.abs() < 0.01_f64.to_radians() && constraint["satisfied"] == true, "{constraint}");
+    assert_eq!(constraint["at"], 0.5);
+    // Read off the motion itself, a hinge's turn about its axis.
+    let joint = report["joints"]["panda_joint2"].as_array().unwrap();
+    let highest = joint.iter().map(|q| 2.0 * glam::DQuat::from_slice(&numbers(q)).w.acos().to_degrees());
+    let highest = highest.fold(0.0, f64::max);
+    assert!((highest - 30.0).abs() < 0.011, "{highest}");
+    let spoken = ikiru_fed(&root(), &["plan", "-"], text).stdout;
+    assert!(spoken.contains("\nconstraints  it holds\n"), "{spoken}");
+}
+
+#[test]
+fn a_body_without_masses_says_what_to_write() {
+    let text = "version = 1\nrig = \"builtin:human\"\n[[objective]]\nkind = \"center_of_mass\"\ntarget = [0, 1, 0]\n";
+    let run = ikiru_fed(&root(), &["solve", "-"], text);
+    run.fails(2, &[":3:1: ", "lacks 'masses'", "kg = 1.0", "<inertial>"]);
+}
+
+#[test]
 fn an_optional_objective_has_no_level() {
     let run = solve("kind = \"rest_pose\"\nmandatory = false", &["--json"]);
     assert_eq!(run.json()["objectives"][1]["level"], 1, "a hard one is not optional");

@@ -227,8 +227,7 @@ impl Draw {
         entry.loss = [Loss::Squared, Loss::Norm, Loss::Huber { width: self.random.between(0.01, 1.0) }]
             [self.random.below(3)];
         entry.mandatory = self.maybe(Self::coin);
-        // Motions have no constraints yet.
-        entry.hard = !moves && self.random.below(4) == 0;
+        entry.hard = self.random.below(4) == 0;
         entry.tolerance = self.maybe(|draw| draw.number(0.0, 0.1)).filter(|_| has("tolerance"));
         entry.tolerance_deg = self.maybe(|draw| draw.number(0.0, 5.0)).filter(|_| has("tolerance_deg"));
         if moves {
