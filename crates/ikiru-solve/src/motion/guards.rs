@@ -21,6 +21,8 @@ struct GuardPart {
     n_rows: usize,
     sense: Sense,
     is_hard: bool,
+    /// Whether nothing moves it.
+    is_constant: bool,
     term_weight: f64,
     loss: Loss,
 }
@@ -76,6 +78,7 @@ impl Guards {
             n_rows,
             sense,
             is_hard: t.is_hard,
+            is_constant: t.is_constant,
             term_weight: term.weight,
             loss: term.loss,
         });
@@ -100,7 +103,7 @@ impl Guards {
             let open = (part.first..part.first + part.n_rows).filter(|row| self.guards[*row].is_open);
             let missing = open.map(|row| part.sense.missing(along[row]));
             if part.is_hard {
-                violation += missing.map(f64::abs).sum::<f64>();
+                violation += if part.is_constant { 0.0 } else { missing.map(f64::abs).sum() };
             } else {
                 cost += part.term_weight * part.loss.cost(missing.map(|r| r * r).sum());
             }

@@ -159,6 +159,11 @@ impl SampleRows {
         })
     }
 
+    /// The squared length of one row's derivative.
+    pub(crate) fn square(&self, row: usize) -> f64 {
+        self.runs(row).flat_map(|(_, entries)| entries).map(|a| a * a).sum()
+    }
+
     /// The product of one row with the tangents of its sample and of those before it, one after the other backwards.
     #[inline]
     pub(crate) fn dot_back(&self, row: usize, x: &[f64]) -> f64 {

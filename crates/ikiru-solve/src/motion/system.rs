@@ -13,7 +13,7 @@ use crate::motion::banded::Banded;
 use crate::motion::iterative::Iterative;
 use crate::motion::rows::{SampleRows, dot, factor_dense, solve_dense};
 use crate::motion::state::MotionState;
-use crate::solvers::forces::HARD_COMPLIANCE;
+use crate::solvers::forces::hard_compliance;
 
 /// Up to here the step is solved over rows; more would be a matrix too large.
 pub(crate) const MOST_DIRECT_ROWS: usize = 600;
@@ -352,8 +352,7 @@ impl System {
         for i in 0..m {
             let own = dense[i * m + i];
             dense[i * m + i] += match rows.compliance[i] {
-                // Hard rows that contradict each other share what they miss; those that nothing answers have no say.
-                0.0 => (HARD_COMPLIANCE * own).max(f64::MIN_POSITIVE.sqrt()),
+                0.0 => hard_compliance(own, rows.square(i)),
                 compliance => compliance,
             };
         }

@@ -16,7 +16,9 @@ use crate::state::State;
 use crate::words::Sense;
 
 /// The compliance of a hard row, relative to what answers its force: contradictory rows share what they miss.
-pub(crate) const HARD_COMPLIANCE: f64 = 1e-9;
+const HARD_COMPLIANCE: f64 = 1e-9;
+/// A hard row is taken to be moved by at least this part of the most that its force could move it.
+const LEAST_MOVED: f64 = 1e-9;
 /// A row, a step and a multiplier count as wrong beyond this (metres, radians; relative to the largest multiplier).
 const SLACK: f64 = 1e-12;
 /// So often all that is wrong is exchanged without getting better before one at a time is.
@@ -175,7 +177,8 @@ impl Forces {
                 let open = (first..first + n_rows).filter(|row| self.rows[*row].is_open);
                 let missing = open.map(|i| sense.missing(self.rows[i].residual + self.along(i, delta)));
                 if t.is_hard {
-                    violation += missing.map(f64::abs).sum::<f64>();
+                    // As in a state, what nothing moves does not count.
+                    violation += if t.is_constant { 0.0 } else { missing.map(f64::abs).sum() };
                 } else {
                     cost += term.weight * term.loss.cost(missing.map(|r| r * r).sum());
                 }
@@ -245,8 +248,7 @@ impl Forces {
             let own = self.matrix[a * m + a];
             self.matrix[a * m + a] += match self.rows[row].weight {
                 Some(weight) => 1.0 / weight,
-                // Rows that nothing answers have no say.
-                None => (HARD_COMPLIANCE * own).max(f64::MIN_POSITIVE.sqrt()),
+                None => hard_compliance(own, self.movable(row, &step)),
             };
             self.forces[a] = -(self.now[row] + self.along(row, delta));
         }
@@ -262,6 +264,13 @@ impl Forces {
             }
         }
         true
+    }
+
+    /// By how much the force of a row would move it if nothing were held and nothing else wanted.
+    fn movable(&self, row: usize, step: &OpenStep<'_>) -> f64 {
+        let n = step.inverse.len();
+        let entries = self.jacobian[row * n..(row + 1) * n].iter().zip(step.inverse);
+        entries.map(|(a, inverse)| a * a * inverse).sum::<f64>() / step.damping
     }
 
     /// Counts what is wrong about what is open and what acts, and exchanges it.
@@ -324,6 +333,13 @@ impl Forces {
         }
         n_wrong
     }
+}
+
+/// The compliance of a hard row whose force moves it by so much, and by so much at most if nothing were held and nothing else
+/// wanted. Where all that moves it is held, its force grows large, but not without end, so that what is held is let go of;
+/// a row that nothing moves gives way to any force: it has no say.
+pub(crate) fn hard_compliance(moved: f64, at_most: f64) -> f64 {
+    if at_most > 0.0 { HARD_COMPLIANCE * moved.max(LEAST_MOVED * at_most) } else { f64::MAX.sqrt() }
 }
 
 /// What is exchanged of all that is wrong.

@@ -217,6 +217,10 @@ impl StepSolver {
             let column = &state.jacobian[span.start..span.start + span.len];
             largest = largest.max(state.own_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
         }
+        if largest == 0.0 {
+            // Nothing but rows with a force: any base will do that is of their size.
+            largest = state.force_jacobian.iter().map(|a| a * a).fold(0.0, f64::max);
+        }
         largest
     }
 

@@ -44,7 +44,7 @@ pub(crate) struct State {
     pub(crate) squares: Vec<f64>,
     /// How many rows of each part are open.
     pub(crate) n_open: Vec<usize>,
-    /// By how much hard rows are missed, summed up (metres, radians).
+    /// By how much hard rows are missed that something moves, summed up (metres, radians).
     pub(crate) violation: f64,
     /// `λ · ρ'` of each part, as of the last linearization.
     pub(crate) weights: Vec<f64>,
@@ -291,7 +291,10 @@ impl State {
                 self.measure::<DERIVATIVES>(layout, terms.objective(t.term), t);
             }
             if t.is_hard {
-                violation += self.violation_of(layout, t);
+                // What no step can change must not say how much a step is worth.
+                if !t.is_constant {
+                    violation += self.violation_of(layout, t);
+                }
                 continue;
             }
             let term = terms.term(t.term);

@@ -110,3 +110,52 @@ fn hard_rows_hold_wherever_they_can() {
     }
     assert!(n_held as f64 >= 0.995 * n_cases as f64, "{n_held} of {n_cases}, from one start {n_local}");
 }
+
+#[test]
+fn constraints_hold_where_nothing_else_is_wanted() {
+    let (mut n_held, mut most) = (0, 0);
+    for number in 0..100 {
+        let Case { mut problem, start } = case(number);
+        problem.terms_mut().iter_mut().for_each(|term| term.is_on = term.hard);
+        let solver = Solver::default();
+        let mut workspace = solver.workspace(&problem);
+        let mut pose = start.clone();
+        let report = solver.solve(&problem, &mut pose, &mut workspace);
+        n_held += usize::from(report.success);
+        if report.success {
+            most = most.max(report.iterations);
+        }
+    }
+    assert!(n_held >= 97 && most < 60, "{n_held} of 100, in {most} iterations at most");
+}
+
+#[test]
+fn a_constraint_that_nothing_moves_is_named_and_spoils_no_other() {
+    for number in 0..30 {
+        let mut random = Random::new(number);
+        let rig = random_rig(10, number);
+        let joint = JointId::from_index;
+        // Nothing above the fifth joint moves.
+        let mut problem = Problem::new(&rig, rig.ids().filter(|joint| joint.index() >= 5));
+        let target = random_pose(&rig, &mut random).frame(joint(9)).origin.value();
+        problem.add(1.0, Position::new(joint(9), target));
+        let start = random_pose(&rig, &mut random);
+        let apart = start.frame(joint(6)).origin.value().distance(start.frame(joint(9)).origin.value());
+        problem.add_hard(Distance::new([joint(6), joint(9)], Bound::AtMost(apart)));
+        let solver = Solver::default();
+        let mut alone = start.clone();
+        let mut workspace = solver.workspace(&problem);
+        let expected = solver.solve(&problem, &mut alone, &mut workspace).cost;
+        for bound in [Bound::AtLeast(50.0), Bound::Exactly(50.0)] {
+            let mut problem = problem.clone();
+            let idle = problem.add_hard(Distance::new([joint(0), joint(1)], bound));
+            let mut pose = start.clone();
+            let mut workspace = solver.workspace(&problem);
+            let report = solver.solve(&problem, &mut pose, &mut workspace);
+            let term = report.terms[problem.position(idle).expect("it was added")];
+            assert!(!report.success && !term.satisfied && term.residual > 40.0);
+            let near = (report.cost - expected).abs() < 1e-9 * (1.0 + expected);
+            assert!(near, "{number}: {} {expected}", report.cost);
+        }
+    }
+}
