@@ -174,6 +174,15 @@ fn what_is_in_the_way_is_told_with_shares_and_what_would_help() {
     let moves = free.replace("active = [", &format!("active = [\"{root}\", "));
     let (report, _) = solve(&moves);
     assert_eq!((&report["success"], &report["hint"]), (&true.into(), &Value::Null));
+    // A constraint is told as one.
+    let held = format!(
+        "{REACH}[[objective]]\nkind = \"coupling\"\nhard = true\nat_most_deg = -100\n\
+         angles = [{{ joint = \"leftLowerArm\", axis = [0, 1, 0], factor = 1.0 }}]\n"
+    );
+    let (report, spoken) = solve(&held);
+    let obstacle = &report["obstacles"][0];
+    assert_eq!((&obstacle["kind"], &obstacle["unit"]), (&"constraint".into(), &"rad".into()), "{obstacle}");
+    assert!(spoken.contains("objective 2 (coupling") && spoken.contains("forbids it"), "{spoken}");
     // Two that pull against each other name each other.
     let both = format!(
         "{REACH}[[objective]]\nkind = \"position\"\njoint = \"leftHand\"\ntarget = [0.35, 1.2, 0.3]\n"

@@ -32,8 +32,8 @@ const MOST_FORCES: usize = 8;
 const LEAST_SHARE: f64 = 0.01;
 /// Shares that differ by less than this part are in the order of joints and terms: rounding has no say.
 const ALIKE: f64 = 1e-6;
-/// Where the pull of a term is below this part of what its rows would do together if they pulled one way, no motion brings it much
-/// nearer: at 0 it is out of reach from here and nothing else is in its way.
+/// A term whose pull is below this part of what it would be if all that it misses could be moved is out of reach from here: at 0
+/// altogether, and nothing else is in its way.
 const LEAST_PULL: f64 = 0.05;
 /// A force below this part of the largest curvature (that is, one that is gone so many radians or metres further on) does
 /// not act.
@@ -45,8 +45,19 @@ struct Pull {
     /// The multiplier or slope, by `unit`.
     amount: f64,
     unit: Unit,
-    /// The length of its gradient if all its rows pulled one way.
-    most: f64,
+    /// The square of what pushes its rows, and of the longest of these.
+    pushes: f64,
+    longest: f64,
+}
+
+impl Pull {
+    const NONE: Self = Self { amount: 0.0, unit: Unit::Radians, pushes: 0.0, longest: 0.0 };
+
+    /// Adds a row: what pushes it, and the square of its length.
+    fn add(&mut self, push: f64, square: f64) {
+        self.pushes += push * push;
+        self.longest = self.longest.max(square);
+    }
 }
 
 /// Whose forces are to be balanced.
@@ -92,7 +103,7 @@ impl Explainer {
         let n_found = most_limits(layout) + n_terms + 3;
         Self {
             balance: Balance::new(layout),
-            pulls: vec![Pull { amount: 0.0, unit: Unit::Radians, most: 0.0 }; n_pulls],
+            pulls: vec![Pull::NONE; n_pulls],
             gradients: vec![0.0; n_pulls * n],
             whole: vec![0.0; n],
             of_term: vec![0.0; n],
@@ -122,15 +133,18 @@ impl Explainer {
         let t = layout.terms.get(term).filter(|t| terms.is_on(t.term))?;
         let n = layout.n_dofs;
         self.of_term.fill(0.0);
+        // What the pull would be if all that is missed could be moved as well as what moves best.
+        let longest = pulls_of(layout, t).map(|idx| self.pulls[idx].longest).fold(0.0, f64::max);
         let mut most = 0.0;
         for idx in pulls_of(layout, t) {
             self.of_term.iter_mut().zip(&self.gradients[idx * n..]).for_each(|(f, g)| *f += g);
-            most += self.pulls[idx].most;
+            let Pull { pushes, longest: own, .. } = self.pulls[idx];
+            most += pushes * if own > 0.0 { own } else { longest };
         }
         let length = dot(&self.of_term, &self.of_term).sqrt();
         let missing = missed_distance(layout, state, terms, t);
         let (missed, unit) = missed(layout, state, t);
-        let from_here = if most > 0.0 { (1.0 - length / most / LEAST_PULL).max(0.0) } else { 1.0 };
+        let from_here = if most > 0.0 { (1.0 - length / most.sqrt() / LEAST_PULL).max(0.0) } else { 1.0 };
         let proven = if missing > 0.0 { (missing / missed).min(1.0) } else { 0.0 };
         let by_reach = proven.max(from_here);
         self.find(layout, Some(term), beside);

@@ -21,7 +21,7 @@ impl Explainer {
     ) {
         self.balance.begin(layout, state);
         self.gradients.fill(0.0);
-        self.pulls.iter_mut().for_each(|pull| (pull.amount, pull.most) = (0.0, 0.0));
+        self.pulls.iter_mut().for_each(|pull| *pull = Pull::NONE);
         self.squares.fill(0.0);
         for span in &layout.spans {
             let column = &state.jacobian[span.start..span.start + span.len];
@@ -62,7 +62,7 @@ impl Explainer {
             let weight = state.weights[idx];
             let gradient = &mut self.gradients[idx * n..(idx + 1) * n];
             let rows = part.row..part.row + part.n_rows;
-            let mut most = 0.0;
+            let mut pull = Pull { unit: part.unit, ..Pull::NONE };
             match part.place {
                 Place::Step => {
                     for (g, span) in gradient.iter_mut().zip(&layout.spans) {
@@ -72,7 +72,7 @@ impl Explainer {
                         }
                     }
                     for row in rows {
-                        most += 2.0 * state.scaled[row].abs() * self.squares[row].sqrt();
+                        pull.add(2.0 * state.scaled[row], self.squares[row]);
                     }
                 }
                 Place::Force { first } => {
@@ -80,7 +80,7 @@ impl Explainer {
                         let factor = 2.0 * weight * part.sense.missing(*residual);
                         let entries = &state.force_jacobian[(first + row) * n..][..n];
                         gradient.iter_mut().zip(entries).for_each(|(g, a)| *g += factor * a);
-                        most += factor.abs() * dot(entries, entries).sqrt();
+                        pull.add(factor, dot(entries, entries));
                     }
                 }
                 Place::Own { .. } => {
@@ -92,12 +92,12 @@ impl Explainer {
                             *g += factor * entry;
                             square += entry * entry;
                         }
-                        most += factor.abs() * square.sqrt();
+                        pull.add(factor, square);
                     }
                 }
             }
-            let amount = 2.0 * weight * state.squares[idx].sqrt();
-            self.pulls[idx] = Pull { amount, unit: part.unit, most };
+            pull.amount = 2.0 * weight * state.squares[idx].sqrt();
+            self.pulls[idx] = pull;
         }
         if t.has_potential {
             let idx = layout.parts.len() + t.term;
@@ -108,8 +108,9 @@ impl Explainer {
                 let own = gradient[dof..].iter_mut().zip(slope);
                 own.for_each(|(g, slope)| *g += terms.term(t.term).weight * slope);
             }
-            let length = dot(gradient, gradient).sqrt();
-            self.pulls[idx] = Pull { amount: length, unit: Unit::Radians, most: length };
+            let square = dot(gradient, gradient);
+            self.pulls[idx] =
+                Pull { amount: square.sqrt(), unit: Unit::Radians, pushes: square, longest: 1.0 };
         }
     }
 
@@ -141,15 +142,14 @@ impl Explainer {
                 let entries = &state.force_jacobian[(first + row) * n..][..n];
                 let square = dot(entries, entries);
                 let missing = part.sense.missing(residual);
+                // Of unit length, but for a row that nothing moves.
+                let unit_push = if square > 0.0 { 2.0 * missing / square.sqrt() } else { 2.0 * missing };
                 let factor = if square > 0.0 { 2.0 * missing / square } else { 0.0 };
                 let gradient = &mut self.gradients[idx * n..(idx + 1) * n];
                 gradient.iter_mut().zip(entries).for_each(|(g, a)| *g += factor * a);
                 let pull = &mut self.pulls[idx];
-                *pull = Pull {
-                    amount: maths::hypot(pull.amount, factor),
-                    unit: part.unit,
-                    most: pull.most + factor.abs() * square.sqrt(),
-                };
+                (pull.amount, pull.unit) = (maths::hypot(pull.amount, factor), part.unit);
+                pull.add(unit_push, if square > 0.0 { 1.0 } else { 0.0 });
             }
         }
     }

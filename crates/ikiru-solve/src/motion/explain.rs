@@ -8,7 +8,7 @@ use crate::motion::report::MotionTermReport;
 use crate::motion::state::MotionState;
 
 /// The forces on every term that is not met, the worst term first, and what would help. The motion was evaluated last,
-/// and the times of the reports are still those of its timeline.
+/// and the times of the reports are still those of its timeline. What terms pull at samples before their own is left aside.
 pub(super) fn explain(
     layout: &Layout,
     motion: &MotionProblem,
@@ -26,18 +26,19 @@ pub(super) fn explain(
     state.linearize(layout, motion);
     let holds_rates = motion.holds_rates();
     let mut smoothness = vec![0.0; layout.n_dofs];
-    let mut at = None;
+    let mut was_read = None;
     for &term in &unmet.terms {
         let Ok(sample) = motion.timeline().sample_at(terms[term].worst_secs) else { continue };
+        let of = if terms[term].hard { Of::UnmetConstraints } else { Of::Wishes };
         let wanted = motion.wanted_at(sample);
-        if at != Some(sample) {
+        if was_read != Some((sample, of)) {
             state.linearize_sample(layout, motion, sample, &mut smoothness);
         }
-        let beside = Some(Beside { smoothness: &smoothness, holds_rates });
-        if at != Some(sample) {
-            explainer.read(layout, &state.sample, &wanted, Of::Wishes, beside);
+        let beside = (of == Of::Wishes).then_some(Beside { smoothness: &smoothness, holds_rates });
+        if was_read != Some((sample, of)) {
+            explainer.read(layout, &state.sample, &wanted, of, beside);
+            was_read = Some((sample, of));
         }
-        at = Some(sample);
         let n_before = explainer.forces.len();
         explainer.explain(layout, &state.sample, &wanted, term, beside, None);
         let mut new = explainer.forces[n_before..].iter();

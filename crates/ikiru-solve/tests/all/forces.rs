@@ -11,7 +11,7 @@ use ikiru_solve::objectives::{
 };
 use ikiru_solve::{
     Force, ForceBy, LimitKind, Loss, MotionProblem, Problem, Search, Solver, SolverOptions, StopReason,
-    TermId, Timeline, Unit, When,
+    TermId, Timeline, Tolerance, Unit, When,
 };
 use ikiru_testkit::allocations::count;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
@@ -437,6 +437,27 @@ fn motions_tell_what_is_in_the_way_at_the_worst_sample() {
     let planned = plan(SolverOptions::default(), &motion, &guess);
     let rates = force(&planned.report.forces, 0, ForceBy::RateLimits);
     assert!(rates.share > 0.9, "{:?}", planned.report.forces);
+    // A constraint that holds throughout, and one that it contradicts.
+    let mut motion = MotionProblem::new(&rig, rig.ids(), line);
+    motion.set_smoothness([1e-6; 3]).unwrap();
+    motion.add(1.0, When::At(1.0), Position::new(ids[2], DVec3::new(0.65, 0.2, 0.0))).unwrap();
+    let coupling = |at: f64| Coupling::new(&rig, &[(ids[0], None, 1.0)], Bound::AtMost(at)).unwrap();
+    let most = motion.add(1.0, When::Throughout, coupling(0.1)).unwrap();
+    (motion.term_mut(most).hard, motion.term_mut(most).tolerance) = (true, Tolerance::HARD);
+    let planned = plan(SolverOptions::default(), &motion, &guess);
+    let held = force(&planned.report.forces, 0, ForceBy::Term(1));
+    assert!(held.share > 0.5 && planned.report.forces[0] == held, "{:?}", planned.report.forces);
+    let least = Coupling::new(&rig, &[(ids[0], None, 1.0)], Bound::AtLeast(0.3)).unwrap();
+    let least = motion.add(1.0, When::At(1.0), least).unwrap();
+    (motion.term_mut(least).hard, motion.term_mut(least).tolerance) = (true, Tolerance::HARD);
+    let planned = plan(SolverOptions::default(), &motion, &guess);
+    for (on, by) in [(1, 2), (2, 1)] {
+        assert!(
+            force(&planned.report.forces, on, ForceBy::Term(by)).share > 0.9,
+            "{:?}",
+            planned.report.forces
+        );
+    }
     // Out of reach by a known distance; of a motion that meets all, nothing is told.
     let mut motion = MotionProblem::new(&rig, rig.ids(), line);
     motion.add(1.0, When::Throughout, Position::new(ids[2], DVec3::X * 1.0)).unwrap();

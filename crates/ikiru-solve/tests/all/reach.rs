@@ -31,6 +31,12 @@ fn how_far_a_target_is_out_of_reach_is_known() {
         None,
         "hinges turn in a plane: no proof"
     );
+    // Out of the plane in which hinges turn a chain that could be bent: so it is from here.
+    let mut problem = Problem::whole_body(&rig);
+    problem.add(1.0, Position::new(ids[2], DVec3::new(0.4, 0.3, 0.4)));
+    let force = force(&solved(&problem).1, 0, ForceBy::Reach { is_proven: false });
+    near(force.share, 1.0);
+    near(force.amount, 0.4);
     // What does not move is no link.
     let force = reach(&rig, &ids[1..], ids[2], DVec3::new(0.5, 0.9, 0.0)).unwrap();
     assert!((force.amount - 0.7).abs() < 1e-12, "{force:?}");
