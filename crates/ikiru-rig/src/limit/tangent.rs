@@ -9,17 +9,29 @@ use crate::maths;
 
 /// Near the antipode, sin σ / σ and cos σ/2 count as this.
 const LEAST_SINC: f64 = 1e-6;
+/// How near two limits count as a corner, in radians.
+const NEAR: f64 = 1e-2;
+/// The strongest bend of an edge that is told.
+const MOST_BEND: f64 = 1e3;
 
 /// A cone, seen from a rotation in its tangent space: to first order a box.
+///
+/// Where the rotation is near to one limit, the box is exact for that limit: the other two axes slide along it. Where it is near
+/// to the edge of the swing and to an end of the twist, it is exact for both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TangentBox {
-    /// Three perpendicular unit axes in the tangent space.
+    /// Three unit axes in the tangent space, the nearest limit's first. They are perpendicular, but for the first one near two
+    /// limits: moving along it changes the first and leaves the second.
     pub axes: [DVec3; 3],
+    /// What the way along each axis is read by: `ω = Σ axes[i] (readers[i] · ω)`. The axes themselves where these are
+    /// perpendicular.
+    pub readers: [DVec3; 3],
     /// How far along each axis the limits lie, behind (not positive inside) and ahead (not negative inside), in radians.
     pub room: [(f64, f64); 3],
-    /// How strongly the swing boundary bends, per radian: along the other axes it falls back by half of
-    /// this times the square of the way.
-    pub curvature: f64,
+    /// How strongly the limit of the first axis bends along each of the others, per radian: it falls back by half
+    /// of this times the square of the way. Only the edge of a swing bends, and only along itself; one that opens counts as
+    /// straight.
+    pub bends: [f64; 3],
 }
 
 /// A limit that a rotation lies on.
@@ -86,7 +98,7 @@ impl Cone {
     }
 
     /// The limit as a box in the tangent space of `q` (the space of ω in `q · exp(ω)`): to first order, how far
-    /// `q` may turn along three perpendicular axes, and how strongly the boundary bends.
+    /// `q` may turn along three axes, and how strongly the edge bends.
     #[must_use]
     pub fn tangent_box(&self, q: DQuat) -> TangentBox {
         let (swing, twist) = self.swing_twist(q);
@@ -99,36 +111,94 @@ impl Cone {
         // As for the normals, but with the true length: by how much a function of the swing grows.
         let pull_back = |gradient: DVec2| u3 * gradient.dot(u) + v3 * (gradient.dot(v) / sinc);
         let (a, b) = (self.swing.x, self.swing.y);
-        let free = (f64::NEG_INFINITY, f64::INFINITY);
-        let (mut limits, mut curvature) = ([(DVec3::ZERO, free); 3], 0.0);
-        if a < ANTIPODE || b < ANTIPODE {
-            limits[0] = (pull_back(DVec2::X), (-a - swing.x, a - swing.x));
-            limits[1] = (pull_back(DVec2::Y), (-b - swing.y, b - swing.y));
-        } else if !(a >= PI && b >= PI) {
+        let of_twist = (self.twist.max - self.twist.min < 2.0 * PI).then(|| {
+            let (s, c) = maths::sin_cos(0.5 * angle);
+            let gradient = self.axis + self.axis.cross(u3) * (s / c.max(1e-6));
+            Edge { gradient, room: (self.twist.min - twist, self.twist.max - twist) }
+        });
+        let mut found = if a < ANTIPODE || b < ANTIPODE {
+            let along = |axis: DVec2, width: f64| {
+                let at = swing.dot(axis);
+                Some(Edge { gradient: pull_back(axis), room: (-width - at, width - at) })
+            };
+            perpendicular_box([along(DVec2::X, a), along(DVec2::Y, b), of_twist])
+        } else if a >= PI && b >= PI {
+            perpendicular_box([of_twist, None, None])
+        } else {
             let level = (swing / self.swing).length();
             let gradient =
                 if level > 1e-9 { swing / (self.swing * self.swing) / level } else { u / self.swing };
-            limits[0] = (pull_back(gradient), (f64::NEG_INFINITY, 1.0 - level));
-            // Of the ellipse at the angle at which the swing lies.
-            let on = (swing / self.swing).normalize_or(DVec2::X);
-            curvature = a * b / DVec2::new(b * on.x, a * on.y).length().powi(3).max(1e-9);
-            curvature = curvature.min(1e3);
+            let edge = Edge { gradient: pull_back(gradient), room: (f64::NEG_INFINITY, 1.0 - level) };
+            self.box_of_both(edge, of_twist, self.bend(u, angle))
+        };
+        for axis in found.axes.iter_mut().chain(&mut found.readers) {
+            *axis = back * *axis;
         }
-        if self.twist.max - self.twist.min < 2.0 * PI {
-            let (s, c) = maths::sin_cos(0.5 * angle);
-            let gradient = self.axis + self.axis.cross(u3) * (s / c.max(1e-6));
-            limits[2] = (gradient, (self.twist.min - twist, self.twist.max - twist));
+        found
+    }
+
+    /// The box of the edge of a swing and the range of a twist, seen past the twist.
+    fn box_of_both(&self, swing: Edge, twist: Option<Edge>, bend: f64) -> TangentBox {
+        let twist_is_near = twist.as_ref().is_some_and(Edge::is_near);
+        if twist_is_near && !swing.is_near() {
+            return perpendicular_box([twist, Some(swing), None]);
         }
-        perpendicular_box(limits, curvature, back)
+        let outward = swing.gradient.try_normalize().unwrap_or(self.first);
+        let along = self.axis.cross(outward);
+        // The twist axis leaves the swing as it is.
+        let beside =
+            twist.map(|edge| if twist_is_near { edge } else { Edge { gradient: self.axis, ..edge } });
+        let mut found = perpendicular_box([Some(swing), beside, None]);
+        if let Some(edge) = beside.filter(|_| twist_is_near) {
+            found.lean(edge.gradient);
+        }
+        for axis in 1..3 {
+            found.bends[axis] = bend * found.axes[axis].dot(along).powi(2);
+        }
+        found
+    }
+
+    /// How strongly the edge of the swing bends in the direction `u`, at the angle σ: the curvature on the sphere of the curve
+    /// on which the level `h = σ f(φ)` is what it is there, in the frame of ∂σ and ∂φ / sin σ.
+    fn bend(&self, u: DVec2, angle: f64) -> f64 {
+        let (sin, cos) = maths::sin_cos(angle);
+        let sin = sin.max(1e-6);
+        // f² = (cos φ / a)² + (sin φ / b)²
+        let [p, r] = (self.swing * self.swing).to_array().map(|square| 1.0 / square);
+        let f = (u.x * u.x * p + u.y * u.y * r).sqrt();
+        let f1 = (r - p) * u.x * u.y / f;
+        let f2 = ((r - p) * (u.x * u.x - u.y * u.y) - f1 * f1) / f;
+        let slope = DVec2::new(f, f1 * angle / sin);
+        let length = slope.length();
+        let along = DVec2::new(-slope.y, slope.x) / length;
+        // The second covariant derivatives of h; that by σ twice is 0.
+        let mixed = f1 * (1.0 - angle * cos / sin) / sin;
+        let twice = (angle * f2 / sin + cos * f) / sin;
+        let bend = (2.0 * mixed * along.x + twice * along.y) * along.y / length;
+        bend.clamp(0.0, MOST_BEND)
     }
 }
 
-/// Makes gradients with their ranges into perpendicular axes with room along each.
-fn perpendicular_box(limits: [(DVec3, (f64, f64)); 3], curvature: f64, back: DQuat) -> TangentBox {
+/// A function that a limit keeps in a range: by how much it grows, and what is left of the range.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    gradient: DVec3,
+    room: (f64, f64),
+}
+
+impl Edge {
+    fn is_near(&self) -> bool {
+        let (down, up) = self.room;
+        up.min(-down) <= NEAR * self.gradient.length()
+    }
+}
+
+/// Makes limits into perpendicular axes with room along each. The first one's is exact.
+fn perpendicular_box(limits: [Option<Edge>; 3]) -> TangentBox {
     let mut axes = [DVec3::ZERO; 3];
     let mut room = [(f64::NEG_INFINITY, f64::INFINITY); 3];
     let mut n = 0;
-    for (gradient, (down, up)) in limits {
+    for Edge { gradient, room: (down, up) } in limits.into_iter().flatten() {
         let mut rest = gradient;
         for axis in &axes[..n] {
             rest -= *axis * rest.dot(*axis);
@@ -149,7 +219,25 @@ fn perpendicular_box(limits: [(DVec3, (f64, f64)); 3], curvature: f64, back: DQu
         2 => axes[2] = axes[0].cross(axes[1]),
         _ => {}
     }
-    TangentBox { axes: axes.map(|axis| back * axis), room, curvature }
+    TangentBox { axes, readers: axes, room, bends: [0.0; 3] }
+}
+
+impl TangentBox {
+    /// Leans the first axis, so that moving along it leaves what the second was made from.
+    fn lean(&mut self, gradient: DVec3) {
+        let [first, second, _] = self.axes;
+        let across = gradient.dot(second);
+        if across == 0.0 {
+            return;
+        }
+        let lean = gradient.dot(first) / across;
+        let length = (1.0 + lean * lean).sqrt();
+        self.axes[0] = (first - lean * second) / length;
+        self.readers[0] = first * length;
+        self.readers[1] = second + lean * first;
+        let (down, up) = self.room[0];
+        self.room[0] = (down * length, up * length);
+    }
 }
 
 #[cfg(test)]

@@ -123,63 +123,127 @@ fn swings_and_twists_are_composed_to_the_rotation_that_has_them() {
     }
 }
 
+/// A cone at one of its rotations, read by what shares no code with it.
+struct At {
+    cone: Cone,
+    rest: DQuat,
+    q: DQuat,
+}
+
+impl At {
+    const STEP: f64 = 1e-4;
+
+    /// The level of the swing (1 at its edge) and the twist, a turn away.
+    fn read(&self, turn: DVec3) -> [f64; 2] {
+        let turned = self.q * DQuat::from_scaled_axis(turn);
+        let l = limited_rotation(&self.cone, self.rest, turned);
+        let (swing, twist) = swing_and_twist(&self.cone, l);
+        [(swing / DVec2::from(self.cone.swing())).length(), twist]
+    }
+
+    /// How fast both grow along an axis, and how fast that growth does.
+    fn slopes(&self, axis: DVec3) -> [[f64; 2]; 2] {
+        let [behind, here, ahead] = [-1.0, 0.0, 1.0].map(|side| self.read(axis * side * Self::STEP));
+        [
+            [0, 1].map(|i| (ahead[i] - behind[i]) / (2.0 * Self::STEP)),
+            [0, 1].map(|i| (ahead[i] - 2.0 * here[i] + behind[i]) / Self::STEP.powi(2)),
+        ]
+    }
+
+    /// The gradients of level and twist.
+    fn gradients(&self) -> [DVec3; 2] {
+        let slopes = DVec3::AXES.map(|axis| self.slopes(axis)[0]);
+        [0, 1].map(|i| DVec3::from(slopes.map(|slope| slope[i])))
+    }
+}
+
 #[test]
-fn the_tangent_box_has_the_slopes_of_swing_and_twist() {
-    const STEP: f64 = 1e-5;
+fn the_tangent_box_slides_along_the_limits_that_are_near() {
     let mut random = Random::new(4);
-    let mut n_checked = 0;
+    let (mut n_checked, mut n_bent) = (0, 0);
     for case in 0..N_CASES {
         let (cone, rest) = (random_cone(&mut random), random.rotation());
         let rig = ball(rest, cone);
         let of_rig = cone_of(&rig);
         let (widths, range) = (DVec2::from(cone.swing()), cone.twist());
-        // On the edge of the swing, inside the twist's range and out of the way of the antipode.
-        let swing = DVec2::from_angle(random.between(0.0, 2.0 * PI)) * widths;
-        let twist = random.between(range.min, range.max);
-        if swing.length() > 2.8 {
+        let edge = DVec2::from_angle(random.between(0.0, 2.0 * PI)) * widths;
+        if edge.length() > 2.8 || range.max - range.min < 0.2 {
             continue;
         }
-        let q = of_rig.compose(swing.to_array(), twist);
-        let read = |turn: DVec3| {
-            let turned = q * DQuat::from_scaled_axis(turn);
-            let (swing, twist) = swing_and_twist(&cone, limited_rotation(&cone, rest, turned));
-            ((swing / widths).length(), twist)
-        };
-        let slope = |pick: fn((f64, f64)) -> f64| {
-            let along = |axis: DVec3| (pick(read(axis * STEP)) - pick(read(-axis * STEP))) / (2.0 * STEP);
-            DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
-        };
-        let (of_level, of_twist) = (slope(|(level, _)| level), slope(|(_, twist)| twist));
-        let found = of_rig.tangent_box(q);
-        let outward = of_level.normalize();
-        assert!(found.axes[0].distance(outward) < 1e-6, "case {case}: {:?} {outward}", found.axes[0]);
-        assert!(found.room[0].0 == f64::NEG_INFINITY && found.room[0].1.abs() < 1e-9, "case {case}");
-        // Of the twist what is left beside the swing.
-        let beside = of_twist.reject_from_normalized(outward);
-        assert!(found.axes[1].distance(beside.normalize()) < 1e-5, "case {case}");
-        let ends = [range.min, range.max].map(|end| (end - twist) / beside.length());
-        for (found, wanted) in <[f64; 2]>::from(found.room[1]).into_iter().zip(ends) {
-            assert!((found - wanted).abs() < 1e-5 * (1.0 + wanted.abs()), "case {case}: {found} {wanted}");
+        let inside = range.min + (range.max - range.min) * random.between(0.2, 0.8);
+        for (swing, twist) in [(edge, inside), (edge * 0.5, range.max), (edge, range.min)] {
+            let (near_swing, near_twist) = (swing == edge, twist != inside);
+            let q = of_rig.compose(swing.to_array(), twist);
+            let at = At { cone, rest, q };
+            let (found, [of_level, of_twist]) = (of_rig.tangent_box(q), at.gradients());
+            for (i, reader) in found.readers.iter().enumerate() {
+                assert!((found.axes[i].length() - 1.0).abs() < 1e-12, "case {case}");
+                for (j, axis) in found.axes.iter().enumerate() {
+                    assert!((reader.dot(*axis) - f64::from(u8::from(i == j))).abs() < 1e-12, "case {case}");
+                }
+            }
+            // Each axis but that of a limit leaves the limit, and there it begins.
+            let is_flat = |gradient: DVec3, axis: usize| {
+                gradient.dot(found.axes[axis]).abs() < 1e-5 * gradient.length()
+            };
+            let ends = |axis: usize, gradient: DVec3, [down, up]: [f64; 2]| {
+                let rate = gradient.dot(found.axes[axis]);
+                let [down, up] = [down / rate, up / rate];
+                let (found_down, found_up) = found.room[axis];
+                let same = |a: f64, b: f64| a == b || (a - b).abs() < 1e-5 * (1.0 + b.abs());
+                assert!(
+                    same(found_down, down) && same(found_up, up),
+                    "case {case}: {:?} {down} {up}",
+                    found.room
+                );
+            };
+            let twist_room = [range.min - twist, range.max - twist];
+            let (swing_axis, twist_axis) = if near_swing { (0, 1) } else { (1, 0) };
+            if near_swing {
+                assert!(is_flat(of_level, 1) && is_flat(of_level, 2), "case {case}");
+                ends(0, of_level, [f64::NEG_INFINITY, 0.0]);
+            }
+            if near_twist {
+                assert!(is_flat(of_twist, swing_axis) && is_flat(of_twist, 2), "case {case}");
+            }
+            ends(twist_axis, of_twist, twist_room);
+            // Along the edge it falls back.
+            for axis in 0..3 {
+                let bend = at.slopes(found.axes[axis])[1][0] / of_level.length();
+                let wanted = if near_swing && !near_twist && axis > 0 {
+                    bend.clamp(0.0, 1e3)
+                } else {
+                    found.bends[axis]
+                };
+                assert!(
+                    (found.bends[axis] - wanted).abs() < 1e-3 * (1.0 + wanted),
+                    "case {case}: {:?} {wanted}",
+                    found.bends
+                );
+                n_bent += usize::from(wanted > 0.01);
+            }
+            assert!(near_swing || found.bends == [0.0; 3]);
+            // The normals are the gradients, outward.
+            let normals = of_rig.normals(q, 1e-7);
+            let outward = if twist == range.min { -of_twist } else { of_twist };
+            // Straight out of the edge the level grows by the length of its slope in the plane of the swing.
+            let straight = (swing / (widths * widths)).length();
+            for (normal, outward, rate, is_near) in [
+                (normals[0], of_level, of_level.length() / straight, near_swing),
+                (normals[2], outward, of_twist.length(), near_twist),
+            ] {
+                assert_eq!(normal.is_some(), is_near, "case {case}");
+                let Some(normal) = normal else { continue };
+                assert!(
+                    normal.direction.distance(outward.normalize()) < 1e-5 && !normal.both_ways,
+                    "case {case}"
+                );
+                assert!((normal.rate - rate).abs() < 1e-5 * rate, "case {case}: {} {rate}", normal.rate);
+            }
         }
-        let normal = of_rig.normals(q, 1e-7)[0].unwrap();
-        assert!(normal.direction.distance(outward) < 1e-6 && !normal.both_ways, "case {case}");
-        // Straight out of the edge the level grows by the length of its slope in the plane of the swing.
-        let rate = of_level.length() / (swing / (widths * widths)).length();
-        assert!((normal.rate - rate).abs() < 1e-6 * rate, "case {case}: {} {rate}", normal.rate);
-        // At an end of the twist.
-        let q = of_rig.compose((swing * 0.5).to_array(), range.max);
-        let twist = |turn: DVec3| {
-            let turned = q * DQuat::from_scaled_axis(turn);
-            swing_and_twist(&cone, limited_rotation(&cone, rest, turned)).1
-        };
-        let along = |axis: DVec3| (twist(axis * STEP) - twist(-axis * STEP)) / (2.0 * STEP);
-        let outward = DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z));
-        let normal = of_rig.normals(q, 1e-7)[2].unwrap();
-        assert!(normal.direction.distance(outward.normalize()) < 1e-6, "case {case}");
-        assert!((normal.rate - outward.length()).abs() < 1e-6 * normal.rate, "case {case}: {}", normal.rate);
         n_checked += 1;
     }
-    assert!(n_checked > N_CASES / 3, "{n_checked}");
+    assert!(n_checked > N_CASES / 3 && n_bent > n_checked, "{n_checked}, {n_bent}");
 }
 
 /// A tree of balls in centred cones.
@@ -258,7 +322,9 @@ fn rerolled_axes_leave_the_poses_that_are_allowed() {
             for axis in 0..3 {
                 assert!((turn.inverse() * ours.axes[axis]).distance(theirs.axes[axis]) < 1e-6);
             }
-            assert!((ours.curvature - theirs.curvature).abs() < 1e-6 * (1.0 + ours.curvature));
+            for (ours, theirs) in ours.bends.into_iter().zip(theirs.bends) {
+                assert!((ours - theirs).abs() < 1e-6 * (1.0 + ours));
+            }
         }
     }
     assert!(n_moved > 50, "{n_moved}");

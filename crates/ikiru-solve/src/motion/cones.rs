@@ -3,7 +3,7 @@
 //! In the tangent space of a ball its cone is a box along axes of its own, which differ from sample to sample, so that what
 //! it holds is no degree of freedom over time. A hard row does the same, `n·δ = way`, for as long as its force holds the ball
 //! back. Where the cost pushes against the edge of a swing, sliding along it falls back inside: the edge's bend times the
-//! push is curvature along the other two axes (as in `solvers/step.rs`), one row each.
+//! push is curvature along the other axes (as in `solvers/step.rs`), one row each.
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::TangentBox;
@@ -35,15 +35,15 @@ struct Place {
     blocked: [bool; 3],
     /// How far each axis goes that is held in the current round.
     held: [Option<f64>; 3],
-    /// Curvature along the axes beside the swing's edge.
-    bend: f64,
+    /// Curvature along the axes, where the edge of a swing holds the ball back.
+    bends: [f64; 3],
 }
 
 impl Place {
     fn along(&self, n: usize, balls: &[Ball], delta: &[f64]) -> [f64; 3] {
         let at = self.sample * n + balls[self.ball].dof;
         let turn = DVec3::from_slice(&delta[at..at + 3]);
-        self.limits.axes.map(|axis| axis.dot(turn))
+        self.limits.readers.map(|reader| reader.dot(turn))
     }
 }
 
@@ -110,8 +110,10 @@ impl Cones {
                         (down >= -ON_LIMIT && (g > 0.0 || up <= ON_LIMIT)) || (up <= ON_LIMIT && g < 0.0);
                 }
                 let push = if blocked[0] { limits.axes[0].dot(pull).abs() } else { 0.0 };
-                let bend = limits.curvature * push;
-                self.places.push(Place { ball, sample, limits, blocked, held: [None; 3], bend });
+                // One bound for both axes beside it keeps steps short where a round is not enough to find what holds.
+                let bend = push * limits.bends.into_iter().fold(0.0, f64::max);
+                let bends = [0.0, bend, bend];
+                self.places.push(Place { ball, sample, limits, blocked, held: [None; 3], bends });
             }
         }
     }
@@ -143,10 +145,10 @@ impl Cones {
             for axis in 0..3 {
                 let (factor, way, compliance) = match place.held[axis] {
                     Some(way) => (1.0, way, 0.0),
-                    None if axis > 0 && place.bend > 0.0 => (place.bend.sqrt(), 0.0, 1.0),
+                    None if place.bends[axis] > 0.0 => (place.bends[axis].sqrt(), 0.0, 1.0),
                     None => continue,
                 };
-                let normal = place.limits.axes[axis].to_array();
+                let normal = place.limits.readers[axis].to_array();
                 rows.push(ball.row, -factor * way, |_, k| factor * normal[k - ball.dof]);
                 if let Some(last) = rows.compliance.last_mut() {
                     *last = compliance;
@@ -160,8 +162,8 @@ impl Cones {
     pub(crate) fn find_room(&mut self, n_rows: usize, state: &MotionState) {
         let mut needed = vec![0; state.n_samples];
         for place in &self.places {
-            let n_held = place.held.iter().filter(|held| held.is_some()).count();
-            needed[place.sample] += if place.bend > 0.0 { 3 } else { n_held };
+            let has_row = |axis: &usize| place.held[*axis].is_some() || place.bends[*axis] > 0.0;
+            needed[place.sample] += (0..3).filter(has_row).count();
         }
         let mut room = MOST_DIRECT_ROWS.saturating_sub(n_rows);
         for &sample in &self.by_need {
@@ -217,10 +219,10 @@ impl Cones {
 
     /// What edges add to the curvature along a step.
     pub(crate) fn bend_of(&self, delta: &[f64]) -> f64 {
-        let bent = self.places.iter().filter(|place| place.bend > 0.0);
+        let bent = self.places.iter().filter(|place| place.bends != [0.0; 3]);
         bent.map(|place| {
-            let [_, b, c] = place.along(self.n_dofs, &self.balls, delta);
-            place.bend * (b * b + c * c)
+            let along = place.along(self.n_dofs, &self.balls, delta);
+            place.bends.iter().zip(along).map(|(bend, way)| bend * way * way).sum::<f64>()
         })
         .sum()
     }

@@ -380,8 +380,8 @@ mod tests {
                         let limits = cone.tangent_box(q);
                         let dof = t * layout.n_dofs + m.dof + m.n_dofs - 3;
                         let turn = glam::DVec3::from_slice(&step.delta[dof..dof + 3]);
-                        for (axis, (down, up)) in limits.axes.iter().zip(limits.room) {
-                            let along = axis.dot(turn);
+                        for (reader, (down, up)) in limits.readers.iter().zip(limits.room) {
+                            let along = reader.dot(turn);
                             assert!(along >= down - 1e-9 && along <= up + 1e-9, "case {number}: {along}");
                         }
                     }

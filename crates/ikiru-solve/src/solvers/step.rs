@@ -35,6 +35,8 @@ pub(crate) struct StepSolver {
     /// limits that hold the pose back is added.
     own_gradient: Vec<f64>,
     curvature: Vec<f64>,
+    /// What those rows cost at the linearization: trials overwrite it in the state.
+    own_cost: f64,
     /// How far each degree of freedom may move down (not positive) and up (not negative).
     room: Vec<(f64, f64)>,
     /// Whether a degree of freedom may move at all in this iteration, by the sign of its multiplier.
@@ -97,6 +99,7 @@ impl StepSolver {
             bases: vec![DMat3::IDENTITY; layout.movers.len()],
             own_gradient: vec![0.0; n],
             curvature: vec![0.0; n],
+            own_cost: 0.0,
             room: vec![(0.0, 0.0); n],
             free: vec![true; n],
             open: vec![true; n],
@@ -121,6 +124,9 @@ impl StepSolver {
         if layout.has_own || layout.has_cones {
             self.own_gradient.copy_from_slice(&state.own_gradient);
             self.curvature.copy_from_slice(&state.own_curvature);
+        }
+        if layout.has_own {
+            self.own_cost = own_cost(layout, state, problem);
         }
         if !self.forces.is_empty() {
             self.forces.begin(layout, state, problem);
@@ -194,8 +200,8 @@ impl StepSolver {
         }
     }
 
-    /// Where the cost pushes against the boundary of a cone, sliding along it falls back inside: the
-    /// boundary's bend times the push is curvature of the cost along the other two axes.
+    /// Where the cost pushes against the edge of a swing, sliding along it falls back inside: the edge's bend times
+    /// the push is curvature of the cost.
     fn bend(&mut self, layout: &Layout, state: &State) {
         for m in &layout.movers {
             let Some(cone) = m.motion.cone() else { continue };
@@ -204,9 +210,9 @@ impl StepSolver {
                 continue;
             }
             let limits = cone.tangent_box(DQuat::from_slice(&state.coords[coord..coord + 4]));
-            let bend = limits.curvature * self.gradient[at].abs();
-            self.curvature[at + 1] += bend;
-            self.curvature[at + 2] += bend;
+            for k in 1..3 {
+                self.curvature[at + k] += limits.bends[k] * self.gradient[at].abs();
+            }
         }
     }
 
@@ -373,7 +379,7 @@ impl StepSolver {
             }
         });
         self.memory = memory;
-        let mut cost = 0.0;
+        let mut cost = self.own_cost;
         if layout.has_own || layout.has_cones {
             for (k, d) in delta.iter().enumerate() {
                 cost += d * (2.0 * self.own_gradient[k] + d * self.curvature[k]);
@@ -384,16 +390,11 @@ impl StepSolver {
             let loss = term.loss;
             for part in t.parts.clone() {
                 let PartLayout { place, row, n_rows, .. } = layout.parts[part];
-                if let Place::Own { .. } = place {
-                    cost += term.weight * loss.cost(state.squares[part]);
-                } else if place == Place::Step && state.weights[part] > 0.0 {
+                if place == Place::Step && state.weights[part] > 0.0 {
                     let rows = &self.y[row..row + n_rows];
                     let square = rows.iter().map(|r| r * r).sum::<f64>() / state.weights[part];
                     cost += term.weight * loss.cost(square);
                 }
-            }
-            if t.has_potential {
-                cost += term.weight * state.values[t.term];
             }
         }
         if self.forces.is_empty() {
@@ -402,4 +403,19 @@ impl StepSolver {
         let (wishes, violation) = self.forces.predicted(layout, problem, &self.delta);
         (cost + wishes, violation)
     }
+}
+
+/// What separable rows and potentials cost.
+fn own_cost(layout: &Layout, state: &State, problem: &Problem) -> f64 {
+    let mut cost = 0.0;
+    for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on && !t.is_hard) {
+        let term = &problem.terms()[t.term];
+        for part in t.parts.clone().filter(|part| matches!(layout.parts[*part].place, Place::Own { .. })) {
+            cost += term.weight * term.loss.cost(state.squares[part]);
+        }
+        if t.has_potential {
+            cost += term.weight * state.values[t.term];
+        }
+    }
+    cost
 }

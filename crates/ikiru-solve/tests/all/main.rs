@@ -6,6 +6,8 @@ mod centred_cones;
 mod common;
 mod contract;
 mod custom;
+#[cfg(feature = "ipopt")]
+mod edges;
 mod forces;
 mod hard;
 mod hard_motions;
