@@ -37,7 +37,7 @@ fn in_file(scenario: &Scenario, pose: &Pose) -> DVec3 {
 
 #[test]
 fn a_robot_brings_its_own_masses() {
-    let keys = "target = [0.01, -0.05, 0.03]\ntolerance = 0.0005";
+    let keys = "target = [0.01, -0.05, 0.03]\ntolerance = 0.0005\nweight = 10";
     let (scenario, pose) = solved(G1, keys);
     let center = center_of_mass(&pose, scenario.loaded.segments()).unwrap();
     assert!(center.distance(DVec3::new(0.01, -0.05, 0.03)) < 0.0005, "{center}");
