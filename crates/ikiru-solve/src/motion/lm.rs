@@ -68,7 +68,7 @@ impl Run<'_> {
         let MotionWorkspace { step, accepted, first_try, residual, guards, .. } = &mut *self.workspace;
         let (first, mut cost) = (cost, cost);
         let (mut damping, mut scale) = (0.0, 0.0);
-        let mut patience = bar.patience(cost);
+        let mut patience = bar.patience(cost, 0.0);
         let mut slow = 0;
         let mut hard = Hard::new(state.violation);
         step.acting.forget();

@@ -63,7 +63,7 @@ impl Ccd {
         budget: &mut Budget,
     ) -> Outcome {
         let mut cost = cost;
-        let mut patience = bar.patience(cost);
+        let mut patience = bar.patience(cost, 0.0);
         let is_closed = self.find_effectors(layout, problem);
         let outcome = |cost, stop| Outcome::new(cost, 0.0, stop, true);
         loop {

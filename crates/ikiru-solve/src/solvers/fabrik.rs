@@ -70,7 +70,7 @@ impl Fabrik {
         self.find_effectors(layout, problem);
         self.best.copy_from_slice(&state.coords);
         let (mut best, mut cost) = (cost, cost);
-        let mut patience = bar.patience(cost);
+        let mut patience = bar.patience(cost, 0.0);
         let stop = loop {
             if bar.is_met(cost) {
                 break StopReason::Reached;

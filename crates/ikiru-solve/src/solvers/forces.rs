@@ -5,7 +5,8 @@
 //! act on it by forces `f`: `δ = δ₀ + H⁻¹ Aᵀ f`, where `c + A δ + E f = 0` for every row that acts. `E` is the compliance:
 //! `1 / w` for a wish of weight `w`, next to nothing for a row that is hard. A row that wants to be at least 0 can push
 //! and not pull: it acts while its force is positive, and a degree of freedom is held at a limit while its multiplier
-//! says so. Which ones act and are held is found by exchanging all that are wrong at once, and one at a time where that
+//! says so. The force of a hard row has an end too, where the row gives way, so that rows which contradict each other are
+//! missed by least in sum. Which ones act and are held is found by exchanging all that are wrong at once, and one at a time where that
 //! does not get on (block principal pivoting, Júdice and Pires, 1994): `H` is positive definite, so that there is one answer,
 //! and it is found.
 
@@ -15,7 +16,7 @@ use crate::solvers::rows::{OpenStep, StepSystem, factor_cholesky, substitute_cho
 use crate::state::State;
 use crate::words::Sense;
 
-/// The compliance of a hard row, relative to what answers its force: contradictory rows share what they miss.
+/// The compliance of a hard row, relative to what answers its force.
 const HARD_COMPLIANCE: f64 = 1e-9;
 /// A hard row is taken to be moved by at least this part of the most that its force could move it.
 const LEAST_MOVED: f64 = 1e-9;
@@ -24,7 +25,7 @@ const SLACK: f64 = 1e-12;
 /// So often all that is wrong is exchanged without getting better before one at a time is.
 const PATIENCE: usize = 3;
 /// Most exchanges; what is wrong after the last one is cut off.
-const MOST_ROUNDS: usize = 60;
+const MOST_ROUNDS: usize = 200;
 /// How near to a limit a degree of freedom has no room, in radians or metres.
 const NO_ROOM: f64 = 1e-9;
 
@@ -39,6 +40,10 @@ struct Row {
     is_open: bool,
     /// Whether its force acts.
     acts: bool,
+    /// The sign of a force that is the most that it may be; 0 where it is less.
+    pressed: f64,
+    /// Its compliance in this solve, as of when it first acted: one that changed with what is held would have no end.
+    compliance: f64,
 }
 
 /// All rows with a force of a problem.
@@ -51,6 +56,11 @@ pub(crate) struct Forces {
     now: Vec<f64>,
     /// The force of each row; 0 where it does not act.
     pub(crate) force: Vec<f64>,
+    /// The largest force of a hard row; one that wants more gives way.
+    pub(crate) most: f64,
+    /// What pressed rows pull at, and the answer to it.
+    press: Vec<f64>,
+    pressed: Vec<f64>,
     /// The rows that act, their answers `H⁻¹ aᵀ`, and the matrix of those.
     acting: Vec<usize>,
     answers: Vec<f64>,
@@ -84,6 +94,9 @@ impl Forces {
             jacobian: vec![0.0; n * m],
             now: vec![0.0; m],
             force: vec![0.0; m],
+            most: f64::INFINITY,
+            press: vec![0.0; if m > 0 { n } else { 0 }],
+            pressed: vec![0.0; if m > 0 { n } else { 0 }],
             acting: Vec::with_capacity(m),
             answers: vec![0.0; n * m],
             matrix: vec![0.0; m * m],
@@ -98,7 +111,7 @@ impl Forces {
     /// Forgets what acted.
     pub(crate) fn forget(&mut self) {
         self.force.fill(0.0);
-        self.rows.iter_mut().for_each(|row| row.acts = false);
+        self.rows.iter_mut().for_each(|row| (row.acts, row.pressed) = (false, 0.0));
     }
 
     /// Takes over a linearization; the Jacobian is then turned to the axes of the step by the caller.
@@ -115,7 +128,9 @@ impl Forces {
                     let is_open = counts && i < state.n_open[idx];
                     let row = &mut self.rows[first + i];
                     let (sense, residual) = (part.sense, state.residual[part.row + i]);
-                    *row = Row { sense, weight, residual, is_open, acts: row.acts && is_open };
+                    let pressed = if is_open { row.pressed } else { 0.0 };
+                    *row =
+                        Row { sense, weight, residual, is_open, acts: row.acts && is_open, pressed, ..*row };
                     if !is_open {
                         self.force[first + i] = 0.0;
                     }
@@ -192,7 +207,8 @@ impl Forces {
     #[inline(never)]
     pub(crate) fn solve<S: StepSystem>(&mut self, base: &mut S, held: &mut Held<'_>) -> bool {
         for row in &mut self.rows {
-            row.acts = row.is_open && (row.acts || row.sense == Sense::Equal);
+            row.compliance = 0.0;
+            row.acts = row.is_open && row.pressed == 0.0 && (row.acts || row.sense == Sense::Equal);
         }
         let (mut least_wrong, mut patience) = (usize::MAX, PATIENCE);
         for _ in 0..MOST_ROUNDS {
@@ -232,6 +248,19 @@ impl Forces {
         self.acting.extend((0..self.rows.len()).filter(|row| self.rows[*row].acts));
         let m = self.acting.len();
         self.force.fill(0.0);
+        if self.rows.iter().any(|row| row.pressed != 0.0) {
+            self.press.fill(0.0);
+            for (row, pressed) in self.rows.iter().enumerate().filter(|(_, row)| row.pressed != 0.0) {
+                self.force[row] = pressed.pressed * self.most;
+                let entries = &self.jacobian[row * n..(row + 1) * n];
+                self.press
+                    .iter_mut()
+                    .zip(entries)
+                    .for_each(|(press, a)| *press += pressed.pressed * self.most * a);
+            }
+            base.respond(&factor, &step, &self.press, y, &mut self.pressed);
+            delta.iter_mut().zip(&self.pressed).for_each(|(delta, pressed)| *delta += pressed);
+        }
         if m == 0 {
             return true;
         }
@@ -248,7 +277,12 @@ impl Forces {
             let own = self.matrix[a * m + a];
             self.matrix[a * m + a] += match self.rows[row].weight {
                 Some(weight) => 1.0 / weight,
-                None => hard_compliance(own, self.movable(row, &step)),
+                None => {
+                    if self.rows[row].compliance == 0.0 {
+                        self.rows[row].compliance = hard_compliance(own, self.movable(row, &step));
+                    }
+                    self.rows[row].compliance
+                }
             };
             self.forces[a] = -(self.now[row] + self.along(row, delta));
         }
@@ -291,10 +325,14 @@ impl Forces {
                 false
             } else {
                 let own = held.own.map_or(0.0, |own| own[k]);
-                let pushed: f64 =
-                    self.acting.iter().map(|row| self.force[*row] * self.jacobian[row * n + k]).sum();
+                let rows = self.force.iter().enumerate().filter(|(_, force)| **force != 0.0);
+                let (mut pushed, mut size) = (0.0, 0.0_f64);
+                for (row, force) in rows {
+                    let push = force * self.jacobian[row * n + k];
+                    (pushed, size) = (pushed + push, size + push.abs());
+                }
                 let pull = own + held.delta[k] * held.damping / held.inverse[k] + base.dot(k, held.y);
-                let (multiplier, slack) = (pull - pushed, SLACK * (1.0 + pull.abs()));
+                let (multiplier, slack) = (pull - pushed, SLACK * (1.0 + pull.abs() + size));
                 // Half the gradient: what is held from below wants to go further down.
                 if held.delta[k] - down <= up - held.delta[k] {
                     multiplier < -slack
@@ -310,28 +348,50 @@ impl Forces {
             }
         }
         let mut last_row = None;
+        let largest = self.force.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         for row in 0..self.rows.len() {
-            let Row { sense: Sense::AtLeast, is_open: true, acts, .. } = self.rows[row] else { continue };
-            let is_wrong = if acts {
-                self.force[row] < 0.0
-            } else {
-                self.now[row] + self.along(row, held.delta) < -SLACK
-            };
-            if is_wrong {
-                (n_wrong, last_row) = (n_wrong + 1, Some(row));
-                if which == Exchange::All {
-                    self.rows[row].acts = !acts;
-                }
+            let Some(next) = self.next(row, largest, held.delta) else { continue };
+            (n_wrong, last_row) = (n_wrong + 1, Some((row, next)));
+            if which == Exchange::All {
+                self.rows[row] = next;
             }
         }
         if which == Exchange::Last {
             match (last_row, last) {
-                (Some(row), _) => self.rows[row].acts = !self.rows[row].acts,
+                (Some((row, next)), _) => self.rows[row] = next,
                 (None, Some(k)) => turn(base, held, k),
                 (None, None) => {}
             }
         }
         n_wrong
+    }
+
+    /// A row as it should be where it is wrong about whether it acts.
+    #[inline(always)]
+    fn next(&self, row: usize, largest: f64, delta: &[f64]) -> Option<Row> {
+        let this = self.rows[row];
+        if !this.is_open {
+            return None;
+        }
+        let force = self.force[row];
+        if this.acts {
+            let most = if this.weight.is_none() { self.most } else { f64::INFINITY };
+            return if this.sense == Sense::AtLeast && force < -SLACK * largest {
+                Some(Row { acts: false, ..this })
+            } else if force.abs() > most {
+                Some(Row { acts: false, pressed: force.signum(), ..this })
+            } else {
+                None
+            };
+        }
+        let n = delta.len();
+        let (mut then, mut size) = (self.now[row], 1.0 + self.now[row].abs());
+        for (a, d) in self.jacobian[row * n..(row + 1) * n].iter().zip(delta) {
+            (then, size) = (then + a * d, size + (a * d).abs());
+        }
+        let slack = SLACK * size;
+        let is_wrong = if this.pressed == 0.0 { then < -slack } else { then * this.pressed > slack };
+        is_wrong.then_some(Row { acts: true, pressed: 0.0, ..this })
     }
 }
 
@@ -364,3 +424,6 @@ fn turn<S: StepSystem>(base: &mut S, held: &mut Held<'_>, k: usize) {
         base.open(k, held.inverse[k]);
     }
 }
+
+#[cfg(test)]
+mod tests;

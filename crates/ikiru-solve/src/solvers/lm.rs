@@ -23,6 +23,8 @@ pub(crate) const POOR: f64 = 0.75;
 /// How much more a missed hard row costs than the largest multiplier, and how fast a multiplier is forgotten.
 const EXACT: f64 = 2.0;
 const FORGET: f64 = 0.9;
+/// The largest force of a hard row, in units of the largest squared column of the Jacobian times a metre or radian.
+const MOST_FORCE: f64 = 1e5;
 /// A step shorter than this (radians or metres, in every degree of freedom) is not worth taking.
 const LEAST_STEP: f64 = 1e-11;
 
@@ -32,12 +34,14 @@ pub(crate) struct Lm {
     pub(crate) step: StepSolver,
     accepted: Vec<f64>,
     first_try: Vec<f64>,
+    /// The best pose accepted so far, where there are hard rows: on the way to a lower cost they may be missed a little.
+    best: Vec<f64>,
 }
 
 impl Lm {
     pub(crate) fn new(layout: &Layout) -> Self {
         let zeros = vec![0.0; layout.n_kept_coords()];
-        Self { step: StepSolver::new(layout), accepted: zeros.clone(), first_try: zeros }
+        Self { step: StepSolver::new(layout), accepted: zeros.clone(), first_try: zeros.clone(), best: zeros }
     }
 
     /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
@@ -53,9 +57,32 @@ impl Lm {
         bar: &Bar,
         budget: &mut Budget,
     ) -> Outcome {
+        let mut best = Outcome::new(cost, state.violation, StopReason::NoProgress, false);
+        if layout.n_force_rows > 0 {
+            self.best.copy_from_slice(&state.coords);
+        }
+        let last = self.run_from(layout, problem, state, cost, bar, budget, &mut best);
+        if layout.n_force_rows > 0 && best.is_better(&last) {
+            state.coords.copy_from_slice(&self.best);
+            best.stop = last.stop;
+            return best;
+        }
+        last
+    }
+
+    fn run_from(
+        &mut self,
+        layout: &Layout,
+        problem: &Problem,
+        state: &mut State,
+        cost: f64,
+        bar: &Bar,
+        budget: &mut Budget,
+        best: &mut Outcome,
+    ) -> Outcome {
         let (first, mut cost) = (cost, cost);
         let (mut damping, mut scale) = (0.0, 0.0);
-        let mut patience = bar.patience(cost);
+        let mut patience = bar.patience(cost, state.violation);
         let has_forces = layout.n_force_rows > 0;
         let mut hard = Hard::new(state.violation);
         if has_forces {
@@ -73,6 +100,7 @@ impl Lm {
             if damping == 0.0 {
                 scale = self.step.scale(layout, state);
                 damping = FIRST_DAMPING * scale;
+                self.step.forces.most = MOST_FORCE * scale;
             }
             self.accepted.copy_from_slice(&state.coords);
             let mut growth = GROWTH;
@@ -122,7 +150,14 @@ impl Lm {
                     };
                     cost = trial;
                     hard.accept(state.violation);
-                    if patience.is_over(hard.merit(cost, hard.violation)) {
+                    if has_forces {
+                        let found = Outcome::new(cost, hard.violation, best.stop, false);
+                        if found.is_better(best) {
+                            *best = found;
+                            self.best.copy_from_slice(&state.coords);
+                        }
+                    }
+                    if patience.is_over_with(cost, hard.violation) {
                         return Outcome::new(cost, hard.violation, StopReason::NoProgress, true);
                     }
                     continue 'accepted;

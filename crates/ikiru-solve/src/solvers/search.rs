@@ -38,7 +38,7 @@ impl Outcome {
     }
 
     /// Whether it is better than another one: what is hard comes first.
-    fn is_better(&self, other: &Self) -> bool {
+    pub(crate) fn is_better(&self, other: &Self) -> bool {
         let (own, others) = (self.violation.max(HELD), other.violation.max(HELD));
         if own == others { self.cost < other.cost } else { own < others }
     }
@@ -77,7 +77,7 @@ impl Bar {
         }
     }
 
-    pub(crate) fn patience(&self, cost: f64) -> Patience {
+    pub(crate) fn patience(&self, cost: f64, violation: f64) -> Patience {
         // Where the bar is a cost, each step must bring it a good deal nearer. Where tolerances decide, the
         // cost that a success ends at is not known, so that more steps are given.
         let most_steps = if self.cost_below.is_some() { 1 } else { 4 };
@@ -85,6 +85,7 @@ impl Bar {
             most_steps,
             impatient: self.impatient,
             last: cost,
+            violation,
             steps: 0,
             bar: self.cost_below.unwrap_or(0.0),
         }
@@ -97,6 +98,7 @@ pub(crate) struct Patience {
     impatient: bool,
     most_steps: usize,
     last: f64,
+    violation: f64,
     steps: usize,
     bar: f64,
 }
@@ -107,6 +109,12 @@ const PATIENCE_GAIN: f64 = 0.1;
 impl Patience {
     #[inline]
     pub(crate) fn is_over(&mut self, cost: f64) -> bool {
+        self.is_over_with(cost, 0.0)
+    }
+
+    /// The same with hard rows that are missed by so much: as long as that falls, it gets on.
+    #[inline]
+    pub(crate) fn is_over_with(&mut self, cost: f64, violation: f64) -> bool {
         if !self.impatient {
             return false;
         }
@@ -116,8 +124,9 @@ impl Patience {
         }
         self.steps = 0;
         let slow = cost > self.bar && self.last - cost < PATIENCE_GAIN * (self.last - self.bar);
-        self.last = cost;
-        slow
+        let falls = violation < (1.0 - PATIENCE_GAIN) * self.violation;
+        (self.last, self.violation) = (cost, violation);
+        slow && !falls
     }
 }
 

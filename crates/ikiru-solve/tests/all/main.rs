@@ -10,6 +10,7 @@ mod custom;
 mod edges;
 mod forces;
 mod hard;
+mod hard_cases;
 mod hard_motions;
 #[cfg(feature = "ipopt")]
 mod ipopt;

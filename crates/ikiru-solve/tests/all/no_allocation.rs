@@ -6,9 +6,11 @@ use ikiru_solve::objectives::{
     Bound, Direction, Distance, JointAngles, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget,
     Position, RelativePose, RestPose,
 };
-use ikiru_solve::{Method, Problem, Residual, Search, Solver, SolverOptions};
+use ikiru_solve::{AdamOptions, Method, Problem, Residual, Search, Solver, SolverOptions};
 use ikiru_testkit::allocations::count;
 use ikiru_testkit::rigs::{Random, random_rig};
+
+use crate::hard_cases::{self, Case};
 
 #[derive(Clone, Debug)]
 struct KeepApart {
@@ -71,6 +73,38 @@ fn after_one_warm_up_nothing_allocates() {
                         assert!(report.cost.is_finite());
                     });
                     assert_eq!(n, 0, "case {case}, {method:?}, {search:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn nor_does_it_with_hard_rows_that_come_in_and_give_way() {
+    for number in 0..40 {
+        let Case { mut problem, start, feasible } = hard_cases::case(number);
+        let reach = problem.add(1.0, Position::new(JointId::from_index(1), DVec3::ZERO));
+        // One that contradicts whatever is near.
+        problem.add_hard(Position::new(JointId::from_index(1), DVec3::new(0.0, 30.0, 0.0)));
+        let own = KeepApart { joints: [0, 1].map(JointId::from_index), distance: 0.1 };
+        let id = problem.add_hard(own);
+        let mut random = Random::new(number);
+        for method in [Method::Lm, Method::Adam(AdamOptions::DEFAULT)] {
+            for search in [Search::Local, Search::Global { max_restarts: 5 }] {
+                let solver =
+                    Solver::new(SolverOptions { method, search, max_iterations: 30, ..Default::default() });
+                let mut workspace = solver.workspace(&problem);
+                let mut pose = start.clone();
+                solver.solve(&problem, &mut pose, &mut workspace);
+                for solve in 0..4 {
+                    problem[reach].target = random.vector(0.5);
+                    problem.term_mut(id).is_on = solve % 2 == 0;
+                    pose.clone_from(if solve == 2 { &feasible } else { &start });
+                    let n = count(|| {
+                        let report = solver.solve(&problem, &mut pose, &mut workspace);
+                        assert!(report.cost.is_finite());
+                    });
+                    assert_eq!(n, 0, "case {number}, {method:?}, {search:?}");
                 }
             }
         }
