@@ -4,7 +4,8 @@
 //! Each degree of freedom is a variable. Angles and offsets are their own, a range is a bound. A rotation without
 //! limits is `start · exp(v)`. One with a cone is its swing and twist `(s₁, s₂, θ)`: the range of the twist is a bound, and
 //! `(s₁/a)² + (s₂/b)² ≤ 1` a constraint. On the way Ipopt may break a constraint: each pose that it looks at is
-//! brought inside the limits before it may be kept.
+//! brought inside the limits before it may be kept. Hard rows are constraints too, equalities and inequalities; wishes that
+//! want to be at least something stay in the cost.
 
 use std::f64::consts::TAU;
 
@@ -13,11 +14,12 @@ use ikiru_ipopt::{Bounds, Function, Options, Status, minimise};
 use ikiru_rig::{Cone, JointMotion, maths};
 
 use crate::gradient::whole_gradient;
-use crate::layout::Layout;
+use crate::layout::{Layout, Place};
 use crate::problem::Problem;
 use crate::report::StopReason;
 use crate::solvers::search::{Bar, Budget, Outcome};
 use crate::state::State;
+use crate::words::Sense;
 
 /// What does not have this much room (radians or metres) is held: an interior has to have room.
 const LEAST_ROOM: f64 = 1e-9;
@@ -26,6 +28,9 @@ const TOLERANCE: f64 = 1e-9;
 /// From how many steps the Hessian is guessed. The distance to a target has a kink there, near which Ipopt's own 6
 /// stalled on 7 of 41 of the paper's combined tasks, and 20 on 2.
 const HISTORY: usize = 20;
+/// How far equalities may be off where there are more of them than variables, which Ipopt refuses: they are then narrow
+/// inequalities, in metres or radians.
+const NARROW: f64 = 1e-9;
 
 /// Memory of the method. Ipopt allocates beside it in every solve.
 #[derive(Clone, Debug, Default)]
@@ -51,26 +56,28 @@ impl Ipopt {
         bar: &Bar,
         budget: &mut Budget,
     ) -> Outcome {
-        let outcome = |cost, stop| Outcome::new(cost, 0.0, stop, true);
-        if bar.is_met(cost) {
-            return outcome(cost, StopReason::Reached);
+        let outcome = |stop| Outcome::new(cost, state.violation, stop, true);
+        if bar.is_met(cost) && state.holds(layout, problem) {
+            return outcome(StopReason::Reached);
         }
         if let Some(stop) = budget.spend(false) {
-            return outcome(cost, stop);
+            return outcome(stop);
         }
         let charts = Charts::new(layout, &state.coords);
         if charts.free.is_empty() {
-            return outcome(cost, StopReason::Converged);
+            return outcome(StopReason::Converged);
         }
         let mut x: Vec<f64> = charts.free.iter().map(|dof| charts.values[*dof]).collect();
         let of_free = |bounds: &[f64]| -> Vec<f64> { charts.free.iter().map(|dof| bounds[*dof]).collect() };
         let (lower, upper) = (of_free(&charts.lower), of_free(&charts.upper));
-        let (n_cones, jacobian) = (charts.ellipses.len(), charts.jacobian());
+        let hard = HardRow::all(layout, problem);
+        let (constraint_lower, constraint_upper) = constraint_ranges(&charts, &hard);
+        let jacobian = charts.jacobian(hard.len());
         let bounds = Bounds {
             lower: &lower,
             upper: &upper,
-            constraint_lower: &vec![f64::NEG_INFINITY; n_cones],
-            constraint_upper: &vec![1.0; n_cones],
+            constraint_lower: &constraint_lower,
+            constraint_upper: &constraint_upper,
             jacobian: &jacobian,
         };
         // The budget counts; Ipopt's own limit would end it in another way.
@@ -81,29 +88,70 @@ impl Ipopt {
             ..Options::default()
         };
         self.best.copy_from_slice(&state.coords);
+        let (best, is_met) = (outcome(StopReason::NoProgress), false);
         let mut cost_function = Cost {
             layout,
             problem,
             state,
             charts,
+            hard,
             memory: self,
             bar,
             budget,
-            best: cost,
+            best,
+            is_met,
             at: Vec::new(),
+            is_linearized: false,
             stop: None,
         };
         let status = minimise(&mut cost_function, &bounds, &options, &mut x);
-        let (best, asked) = (cost_function.best, cost_function.stop);
+        let (mut best, is_met, asked) = (cost_function.best, cost_function.is_met, cost_function.stop);
         state.coords.copy_from_slice(&self.best);
-        let stop = match status {
-            _ if bar.is_met(best) => StopReason::Reached,
+        best.is_evaluated = false;
+        best.stop = match status {
+            _ if is_met => StopReason::Reached,
             Ok(Status::Solved | Status::Acceptable) => StopReason::Converged,
             Ok(Status::IterationLimit) => StopReason::IterationLimit,
             _ => asked.unwrap_or(StopReason::NoProgress),
         };
-        Outcome::new(best, 0.0, stop, false)
+        best
     }
+}
+
+/// A hard row: which of all rows it is, and which of those with a force.
+#[derive(Clone, Copy, Debug)]
+struct HardRow {
+    row: usize,
+    force: usize,
+    sense: Sense,
+}
+
+impl HardRow {
+    /// The hard rows of a problem. What nothing moves is left out: no pose changes it.
+    fn all(layout: &Layout, problem: &Problem) -> Vec<Self> {
+        let counts = |t: usize| problem.terms()[t].is_on;
+        let mut rows = Vec::new();
+        for t in layout.terms.iter().filter(|t| t.is_hard && !t.is_constant && counts(t.term)) {
+            for part in &layout.parts[t.parts.clone()] {
+                let Place::Force { first } = part.place else { continue };
+                let row = |i| Self { row: part.row + i, force: first + i, sense: part.sense };
+                rows.extend((0..part.n_rows).map(row));
+            }
+        }
+        rows
+    }
+}
+
+/// The ranges of all constraints: of cones, then of hard rows.
+fn constraint_ranges(charts: &Charts, hard: &[HardRow]) -> (Vec<f64>, Vec<f64>) {
+    let n_equal = hard.iter().filter(|row| row.sense == Sense::Equal).count();
+    let narrow = if n_equal > charts.free.len() { NARROW } else { 0.0 };
+    let of_cones = charts.ellipses.iter().map(|_| (f64::NEG_INFINITY, 1.0));
+    let of_rows = hard.iter().map(|row| match row.sense {
+        Sense::Equal => (-narrow, narrow),
+        Sense::AtLeast => (0.0, f64::INFINITY),
+    });
+    of_cones.chain(of_rows).unzip()
 }
 
 /// How variables make a rotation.
@@ -196,13 +244,17 @@ impl Charts {
         self.turns.push(Turn { coord, dof, chart: Chart::SwingTwist(*cone) });
     }
 
-    /// Which derivatives of constraints there are: (constraint, variable of Ipopt's).
-    fn jacobian(&self) -> Vec<(usize, usize)> {
-        let mut entries = Vec::with_capacity(2 * self.ellipses.len());
+    /// Which derivatives of constraints there are: (constraint, variable of Ipopt's). Hard rows may have all.
+    fn jacobian(&self, n_hard: usize) -> Vec<(usize, usize)> {
+        let (n_cones, n_free) = (self.ellipses.len(), self.free.len());
+        let mut entries = Vec::with_capacity(2 * n_cones + n_hard * n_free);
         for (row, ellipse) in self.ellipses.iter().enumerate() {
             // Both have room, so that they stand side by side.
             let column = self.free.partition_point(|dof| *dof < ellipse.dof);
             entries.extend([(row, column), (row, column + 1)]);
+        }
+        for row in n_cones..n_cones + n_hard {
+            entries.extend((0..n_free).map(|column| (row, column)));
         }
         entries
     }
@@ -276,12 +328,17 @@ struct Cost<'a> {
     problem: &'a Problem,
     state: &'a mut State,
     charts: Charts,
+    hard: Vec<HardRow>,
     memory: &'a mut Ipopt,
     bar: &'a Bar,
     budget: &'a mut Budget,
-    best: f64,
+    best: Outcome,
+    /// Whether the best one meets the bar.
+    is_met: bool,
     /// Where the state was evaluated last; empty where that was another pose.
     at: Vec<f64>,
+    /// Whether it was linearized there.
+    is_linearized: bool,
     stop: Option<StopReason>,
 }
 
@@ -291,7 +348,18 @@ impl Cost<'_> {
         self.charts.write(&mut self.state.coords);
         self.at.clear();
         self.at.extend_from_slice(x);
+        self.is_linearized = false;
         self.state.evaluate(self.layout, self.problem)
+    }
+
+    fn linearize(&mut self, x: &[f64]) {
+        if self.at != x {
+            self.evaluate(x);
+        }
+        if !self.is_linearized {
+            self.state.linearize(self.layout, self.problem, false);
+            self.is_linearized = true;
+        }
     }
 
     /// Keeps the pose in the state, brought inside its limits, where it is the best so far.
@@ -304,8 +372,10 @@ impl Cost<'_> {
             self.at.clear();
             self.state.evaluate(self.layout, self.problem)
         };
-        if cost < self.best {
-            self.best = cost;
+        let found = Outcome::new(cost, self.state.violation, self.best.stop, true);
+        if found.is_better(&self.best) {
+            self.best = found;
+            self.is_met = self.bar.is_met(cost) && self.state.holds(self.layout, self.problem);
             self.memory.best.copy_from_slice(&self.state.coords);
         }
     }
@@ -319,10 +389,7 @@ impl Function for Cost<'_> {
     }
 
     fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) -> bool {
-        if self.at != x {
-            self.evaluate(x);
-        }
-        self.state.linearize(self.layout, self.problem, false);
+        self.linearize(x);
         whole_gradient(self.layout, self.state, 0.0, &mut self.memory.gradient);
         self.charts.pull_back(&mut self.memory.gradient);
         for (to, dof) in gradient.iter_mut().zip(&self.charts.free) {
@@ -336,6 +403,12 @@ impl Function for Cost<'_> {
         for (to, Ellipse { dof, widths }) in values.iter_mut().zip(&self.charts.ellipses) {
             *to = (0..2).map(|k| (self.charts.values[dof + k] / widths[k]).powi(2)).sum();
         }
+        if !self.hard.is_empty() && self.at != x {
+            self.evaluate(x);
+        }
+        for (to, hard) in values[self.charts.ellipses.len()..].iter_mut().zip(&self.hard) {
+            *to = self.state.residual[hard.row];
+        }
         true
     }
 
@@ -346,11 +419,24 @@ impl Function for Cost<'_> {
                 to[k] = 2.0 * self.charts.values[dof + k] / (widths[k] * widths[k]);
             }
         }
+        if self.hard.is_empty() {
+            return true;
+        }
+        self.linearize(x);
+        let (n, gradient) = (self.layout.n_dofs, &mut self.memory.gradient);
+        let of_rows = &mut values[2 * self.charts.ellipses.len()..];
+        for (to, hard) in of_rows.chunks_exact_mut(self.charts.free.len()).zip(&self.hard) {
+            gradient.copy_from_slice(&self.state.force_jacobian[hard.force * n..][..n]);
+            self.charts.pull_back(gradient);
+            for (to, dof) in to.iter_mut().zip(&self.charts.free) {
+                *to = gradient[*dof];
+            }
+        }
         true
     }
 
     fn goes_on(&mut self, n_iterations: usize) -> bool {
-        if self.bar.is_met(self.best) {
+        if self.is_met {
             return false;
         }
         // The first iteration was counted before Ipopt began.
@@ -367,7 +453,7 @@ mod tests {
     use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
     use super::*;
-    use crate::objectives::{PoseTarget, RestPose};
+    use crate::objectives::{Bound, Distance, PoseTarget, RestPose};
     use crate::options::SolverOptions;
 
     /// A step of the differences and how near they come with it. The second is for where an angle passes its cut
@@ -378,7 +464,7 @@ mod tests {
         (exact - numeric).abs() <= tolerance * (1.0 + exact.abs())
     }
 
-    /// Compares every derivative that Ipopt gets with central differences; the answer counts variables and constraints.
+    /// Compares every derivative that Ipopt gets with central differences; the answer counts variables and cones.
     fn check(rig: &Rig, case: u64) -> (usize, usize) {
         let mut random = Random::new(case);
         let mut problem = Problem::whole_body(rig);
@@ -386,6 +472,13 @@ mod tests {
         problem.add(1.0, PoseTarget::new(joint, random.vector(0.5), random.rotation()));
         let joints: Vec<JointId> = problem.active().collect();
         problem.add(0.1, RestPose::new(&joints, rig.rest_pose()));
+        problem.add_hard(PoseTarget::new(joint, random.vector(0.5), random.rotation()));
+        let other = JointId::from_index(random.below(rig.n_joints()));
+        if other != joint {
+            problem.add_hard(Distance::new([other, joint], Bound::AtLeast(0.2)));
+            // A wish that wants to be at least something stays in the cost.
+            problem.add(0.3, Distance::new([other, joint], Bound::AtLeast(1.0)));
+        }
         let layout = Layout::new(&problem).unwrap();
         let mut state = State::new(&layout);
         assert!(state.load(&layout, &random_pose(rig, &mut random)));
@@ -394,18 +487,27 @@ mod tests {
         let charts = Charts::new(&layout, &state.coords);
         let (mut memory, options) = (Ipopt::new(&layout), SolverOptions::default());
         let mut x: Vec<f64> = charts.free.iter().map(|dof| charts.values[*dof]).collect();
-        let jacobian = charts.jacobian();
-        let n_constraints = charts.ellipses.len();
+        let hard = HardRow::all(&layout, &problem);
+        let n_movable = layout.terms.iter().filter(|t| t.is_hard && !t.is_constant);
+        let n_wanted: usize = n_movable.map(|t| if t.parts.len() == 2 { 6 } else { 1 }).sum();
+        assert_eq!(hard.len(), n_wanted, "case {case}");
+        let jacobian = charts.jacobian(hard.len());
+        let (n_cones, n_constraints) = (charts.ellipses.len(), charts.ellipses.len() + hard.len());
+        let ranges = constraint_ranges(&charts, &hard);
+        assert_eq!((ranges.0.len(), ranges.1.len()), (n_constraints, n_constraints));
         let mut cost = Cost {
             layout: &layout,
             problem: &problem,
             state: &mut state,
             charts,
+            hard,
             memory: &mut memory,
             bar: &Bar { cost_below: None, nothing: 0.0, largest_weight: 1.0, impatient: false },
             budget: &mut Budget::new(&options),
-            best: f64::INFINITY,
+            best: Outcome::new(f64::INFINITY, f64::INFINITY, StopReason::NoProgress, true),
+            is_met: false,
             at: Vec::new(),
+            is_linearized: false,
             stop: None,
         };
         cost.evaluate(&x);
@@ -440,7 +542,7 @@ mod tests {
             });
             assert!(agrees[0] || agrees[1], "case {case}, variable {k} of {}", x.len());
         }
-        (x.len(), n_constraints)
+        (x.len(), n_cones)
     }
 
     #[test]

@@ -3,9 +3,10 @@
 
 use std::time::Duration;
 
+use crate::hard_cases;
 use glam::DVec3;
 use ikiru_rig::{Cone, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
-use ikiru_solve::objectives::{PoseTarget, Position, RestPose};
+use ikiru_solve::objectives::{Bound, Distance, PoseTarget, Position, RestPose};
 use ikiru_solve::{Invalid, Loss, Method, Problem, Search, Solver, SolverOptions, StopReason};
 use ikiru_testkit::cones::{largest_cone_excess, without_centres};
 use ikiru_testkit::reference::world_matrices;
@@ -133,6 +134,52 @@ fn a_cone_stops_what_is_out_of_reach_as_it_stops_lm() {
         assert!((ipopt - lm).abs() < 1e-6 * lm, "{target}: {ipopt}, lm {lm}");
         assert!(b.limit_violation() < 1e-9);
     }
+}
+
+#[test]
+fn hard_rows_are_its_own_constraints() {
+    let (rig, hand) = arm();
+    let elbow = JointId::from_index(2);
+    let far = DVec3::new(0.2, 0.9, 0.1);
+    // An equality, an inequality that binds, one that does not, and a wish that wants to be at least something.
+    let mut problem = pulled(&rig, hand, far, 1e-3);
+    problem.add_hard(Distance::new([JointId::from_index(0), hand], Bound::Exactly(0.8)));
+    problem.add_hard(Distance::new([JointId::from_index(0), elbow], Bound::AtMost(0.56)));
+    problem.add_hard(Distance::new([JointId::from_index(1), hand], Bound::AtLeast(0.1)));
+    problem.add(0.1, Distance::new([elbow, hand], Bound::AtLeast(0.4)));
+    let found = [SolverOptions::default(), IPOPT].map(|options| {
+        let mut pose = rig.rest_pose();
+        let found = hard_cases::solve(options, &problem, &mut pose);
+        let place = |joint: usize| world_matrices(&pose)[joint].w_axis.truncate();
+        assert!(
+            (place(0).distance(place(3)) - 0.8).abs() < 1e-7 && place(0).distance(place(2)) < 0.56 + 1e-7
+        );
+        found.cost
+    });
+    assert!((found[0] - found[1]).abs() < 1e-6 * found[0], "{found:?}");
+    // More equalities than variables, all of which a pose meets.
+    let mut random = Random::new(8);
+    let meets = random_pose(&rig, &mut random);
+    let mut problem = pulled(&rig, hand, far, 1e-3);
+    for joint in [1, 2, 3].map(JointId::from_index) {
+        let frame = meets.frame(joint);
+        problem.add_hard(PoseTarget::new(joint, frame.origin.value(), frame.rotation.quaternion()));
+    }
+    let found = hard_cases::solve(IPOPT, &problem, &mut rig.rest_pose());
+    assert!(found.missed < 1e-6, "{}", found.missed);
+    // What contradicts is told, and the pose misses no more than it has to.
+    let mut problem = pulled(&rig, hand, far, 1e-3);
+    for least in [0.85, 0.75] {
+        problem.add_hard(Distance::new([JointId::from_index(0), hand], Bound::Exactly(least)));
+    }
+    let mut pose = rig.rest_pose();
+    let found = hard_cases::solve(IPOPT, &problem, &mut pose);
+    let reach = world_matrices(&pose)[3].w_axis.truncate().length();
+    assert!(
+        found.is_told && found.missed > 0.04 && (0.74..0.86).contains(&reach),
+        "{} {reach}",
+        found.missed
+    );
 }
 
 #[test]

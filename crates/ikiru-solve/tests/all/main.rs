@@ -13,6 +13,8 @@ mod hard;
 mod hard_cases;
 mod hard_motions;
 #[cfg(feature = "ipopt")]
+mod hard_peer;
+#[cfg(feature = "ipopt")]
 mod ipopt;
 mod lanes;
 mod motion;
