@@ -143,5 +143,6 @@ pub(crate) fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
         (StopReason::NoProgress, _) => "the method found no better pose".to_owned(),
         (StopReason::InvalidInput, _) => "the input is not usable".to_owned(),
         (StopReason::ObjectiveFailed, _) => "an objective gave up".to_owned(),
+        (StopReason::Cancelled, _) => "cancelled".to_owned(),
     }
 }

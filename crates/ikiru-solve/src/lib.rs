@@ -14,16 +14,20 @@ mod force;
 mod gradient;
 mod lanes;
 mod layout;
+mod method;
+mod model;
 mod motion;
 mod objective;
 mod options;
 mod problem;
 mod report;
 mod residual;
+mod search;
 mod solver;
 mod solvers;
 mod state;
 mod term;
+mod watch;
 mod words;
 
 pub mod objectives;
@@ -45,4 +49,5 @@ pub use report::{Invalid, PartReport, PartReports, Report, StopReason, TermRepor
 pub use residual::Residual;
 pub use solver::{Solver, Workspace};
 pub use term::{Term, TermId, Tolerance};
+pub use watch::{Progress, Watch};
 pub use words::{Loss, Sense, Unit};

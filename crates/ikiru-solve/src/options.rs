@@ -94,6 +94,16 @@ pub enum Search {
     },
 }
 
+impl Search {
+    /// How many more starts than one at most.
+    pub(crate) fn max_restarts(self) -> usize {
+        match self {
+            Self::Local => 0,
+            Self::Global { max_restarts } => max_restarts,
+        }
+    }
+}
+
 /// How to solve. All fields have defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {

@@ -205,7 +205,7 @@ impl Problem {
 
     /// The first term that is not usable, and why.
     pub(crate) fn check(&self) -> Result<(), (usize, Unfit)> {
-        Signature::default().check(self).map(|_| ())
+        Signature::default().check(self, &[]).map(|_| ())
     }
 }
 

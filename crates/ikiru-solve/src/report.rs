@@ -20,6 +20,8 @@ pub enum StopReason {
     IterationLimit,
     /// The time budget was used up (the paper's equations 23 and 24).
     TimeBudget,
+    /// Somebody who [watches](crate::Watch) said so.
+    Cancelled,
     /// The method found no better pose, although the gradient says that there is one.
     NoProgress,
     /// Something in the problem or pose is not usable; the pose was not touched.
@@ -37,6 +39,7 @@ impl StopReason {
             Self::Converged => "converged",
             Self::IterationLimit => "iteration_limit",
             Self::TimeBudget => "time_budget",
+            Self::Cancelled => "cancelled",
             Self::NoProgress => "no_progress",
             Self::InvalidInput => "invalid_input",
             Self::ObjectiveFailed => "objective_failed",
@@ -45,7 +48,7 @@ impl StopReason {
 
     /// Whether no further start may follow.
     pub(crate) fn is_final(self) -> bool {
-        matches!(self, Self::TimeBudget | Self::ObjectiveFailed)
+        matches!(self, Self::TimeBudget | Self::Cancelled | Self::ObjectiveFailed)
     }
 }
 

@@ -5,13 +5,15 @@ use ikiru_rig::Pose;
 use crate::explain::{Explainer, Of, Standing, Unmet, hint};
 use crate::force::{Force, Hint};
 use crate::layout::Layout;
+use crate::model::{PoseMemory, PoseModel};
 use crate::objective::Unfit;
 use crate::options::{Method, SolverOptions};
 use crate::problem::Problem;
 use crate::report::{Invalid, PartReport, PartReports, Report, StopReason, Summary, TermReport};
-use crate::solvers::search::{Budget, Outcome, Searcher};
+use crate::search::{Bar, Budget, Outcome, Searcher};
 use crate::state::State;
 use crate::term::Term;
+use crate::watch::Watch;
 
 /// Solves problems by its options. Cheap to make and to copy: memory is the [`Workspace`]'s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,21 +27,29 @@ pub struct Solver {
 pub struct Workspace {
     layout: Layout,
     state: State,
+    memory: PoseMemory,
     searcher: Searcher,
+    watch: Watch,
     terms: Vec<TermReport>,
     explainer: Explainer,
     unmet: Unmet,
 }
 
 impl Workspace {
+    /// Has the solves to come watched, and forgets who watched before.
+    pub fn watch(&mut self, watch: Watch) {
+        self.watch = watch;
+    }
+
     /// Checks a problem, and lays it out if it is another one than before.
     fn fit(&mut self, problem: &Problem) -> Result<(), (usize, Unfit)> {
-        if self.layout.signature.check(problem)? {
+        if self.layout.signature.check(problem, &[])? {
             return Ok(());
         }
         let layout = Layout::new(problem)?;
         self.state = State::new(&layout);
-        self.searcher = Searcher::new(&layout);
+        self.memory = PoseMemory::new(&layout);
+        self.searcher.fit(layout.n_kept_coords(), layout.n_dofs);
         self.terms = Vec::with_capacity(layout.terms.len());
         self.explainer = Explainer::new(&layout);
         self.unmet = Unmet::new(layout.terms.len(), layout.n_coords);
@@ -107,25 +117,28 @@ impl Solver {
     }
 
     fn solve_valid(&self, problem: &Problem, pose: &mut Pose, w: &mut Workspace) -> Summary {
-        let mut budget = Budget::new(&self.options);
-        if !w.state.load(&w.layout, pose) {
+        let Workspace { layout, state, memory, searcher, watch, unmet, .. } = w;
+        let mut budget = Budget::new(&self.options, watch);
+        if !state.load(layout, pose) {
             let reason = "has numbers that are not finite, or quaternions that are not of unit length";
             return Summary::invalid(Invalid::Pose(reason));
         }
-        w.unmet.begin(&w.state.coords);
-        let start_projected = w.state.project(&w.layout);
-        w.state.memory.failure = None;
-        let cost = w.state.differentiate(&w.layout, problem);
-        if let Some((term, reason)) = w.state.memory.failure {
+        unmet.begin(&state.coords);
+        let start_projected = state.project(layout);
+        state.memory.failure = None;
+        let cost = state.differentiate(layout, problem);
+        if let Some((term, reason)) = state.memory.failure {
             return Summary::invalid(Invalid::Term(term, reason.into()));
         }
-        if !(cost + w.state.violation).is_finite() {
-            return Summary::invalid(invalid_term(&w.layout, &w.state));
+        if !(cost + state.violation).is_finite() {
+            return Summary::invalid(invalid_term(layout, state));
         }
-        let (outcome, restarts) =
-            w.searcher.run(&self.options, &w.layout, problem, &mut w.state, cost, &mut budget);
-        w.state.store(&w.layout, pose);
-        self.summarize(problem, w, outcome, restarts, start_projected, budget.iterations)
+        let bar = Bar::new(self.options.cost_below, problem, self.options.search.max_restarts() > 0);
+        let mut model = PoseModel { layout, problem, state, memory };
+        let (outcome, restarts) = searcher.run(&self.options, bar, &mut model, cost, &mut budget);
+        state.store(layout, pose);
+        let iterations = budget.iterations;
+        self.summarize(problem, w, outcome, restarts, start_projected, iterations)
     }
 
     fn summarize(

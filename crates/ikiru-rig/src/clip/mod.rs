@@ -192,6 +192,13 @@ impl Clip {
         &self.poses
     }
 
+    /// The coordinates of one pose, to change it in place; `None` where there is no such pose. Their order is that
+    /// of [`Pose::coords`].
+    #[must_use]
+    pub fn coords_mut(&mut self, idx: usize) -> Option<&mut [f64]> {
+        self.poses.get_mut(idx).map(Pose::coords_mut)
+    }
+
     /// From the first to the last time, in seconds.
     #[must_use]
     pub fn duration_secs(&self) -> f64 {

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use ikiru_rig::{JointId, JointMotion, Rig};
+use ikiru_rig::{JointId, JointMotion, Rig, project_joint, retract_joint};
 
 use crate::objective::{TermReads, Unfit};
 use crate::problem::Problem;
@@ -135,7 +135,7 @@ impl Layout {
     /// The same for a motion, where some joints matter that no term reads.
     pub(crate) fn with(problem: &Problem, others: &[JointId]) -> Result<Self, (usize, Unfit)> {
         let rig = problem.rig();
-        let signature = Signature::of(problem)?;
+        let signature = Signature::of(problem, others)?;
         let reads: Vec<&TermReads> = signature.terms.iter().map(|(reads, _)| reads).collect();
         let mut layout = Self::default();
         let order = depth_first(rig);
@@ -454,6 +454,24 @@ impl Layout {
     /// How many coordinates are kept: those that move, and those that are only read.
     pub(crate) fn n_kept_coords(&self) -> usize {
         self.n_coords + self.held.iter().map(|h| h.2).sum::<usize>()
+    }
+
+    /// `coords := project(coords ⊕ tangent)` of what moves.
+    #[inline]
+    pub(crate) fn move_by(&self, coords: &mut [f64], tangent: &[f64]) {
+        for m in &self.movers {
+            let coords = &mut coords[m.coord..m.coord + m.n_coords];
+            retract_joint(&m.motion, coords, &tangent[m.dof..m.dof + m.n_dofs]);
+            project_joint(&m.motion, coords);
+        }
+    }
+
+    /// Writes the coordinates of what moves into those of a pose.
+    pub(crate) fn store(&self, coords: &[f64], to: &mut [f64]) {
+        for m in &self.movers {
+            to[m.pose_coord..m.pose_coord + m.n_coords]
+                .copy_from_slice(&coords[m.coord..m.coord + m.n_coords]);
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a layout was made for: a problem with the same joints, terms and parts needs no other one.
 
-use ikiru_rig::Rig;
+use ikiru_rig::{JointId, Rig};
 
 use crate::objective::{Objective, Reads, TermReads, Unfit};
 use crate::problem::Problem;
@@ -10,6 +10,8 @@ use crate::problem::Problem;
 pub(crate) struct Signature {
     rig: Option<Rig>,
     active: Vec<bool>,
+    /// Joints that matter though no term reads them.
+    others: Vec<JointId>,
     /// What each term reads, and whether it is hard.
     pub(crate) terms: Vec<(TermReads, bool)>,
     /// Memory for what a term says now.
@@ -30,10 +32,15 @@ impl Signature {
     ///
     /// # Errors
     /// The first term that is not usable, and why.
-    pub(crate) fn check(&mut self, problem: &Problem) -> Result<bool, (usize, Unfit)> {
+    pub(crate) fn check(
+        &mut self,
+        problem: &Problem,
+        others: &[JointId],
+    ) -> Result<bool, (usize, Unfit)> {
         let rig = problem.rig();
         let mut fits = self.rig.as_ref().is_some_and(|own| own.is_same(rig))
             && self.active == problem.active_flags()
+            && self.others == others
             && self.terms.len() == problem.terms().len();
         for (idx, term) in problem.terms().iter().enumerate() {
             let named = |unfit| (idx, unfit);
@@ -49,7 +56,7 @@ impl Signature {
     ///
     /// # Errors
     /// The first term that is not usable, and why.
-    pub(crate) fn of(problem: &Problem) -> Result<Self, (usize, Unfit)> {
+    pub(crate) fn of(problem: &Problem, others: &[JointId]) -> Result<Self, (usize, Unfit)> {
         let mut terms = Vec::with_capacity(problem.terms().len());
         for (idx, term) in problem.terms().iter().enumerate() {
             let mut reads = TermReads::default();
@@ -65,7 +72,7 @@ impl Signature {
             ..TermReads::default()
         };
         let (rig, active) = (Some(problem.rig().clone()), problem.active_flags().to_vec());
-        Ok(Self { rig, active, terms, now })
+        Ok(Self { rig, active, others: others.to_vec(), terms, now })
     }
 }
 

@@ -117,7 +117,9 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
         }
         motion.set_rate_limits(&limits).unwrap();
     }
-    let layout = Layout::with(motion.terms(), &motion.led()).unwrap();
+    let mut led = Vec::new();
+    motion.led(&mut led);
+    let layout = Layout::with(motion.terms(), &led).unwrap();
     let mut state = MotionState::new(&layout, &motion);
     load(&mut state, &layout, &poses);
     if rates {
@@ -127,6 +129,7 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
 }
 
 fn load(state: &mut MotionState, layout: &Layout, poses: &[Pose]) {
+    assert!(state.load_still(layout, &poses[0]));
     for (t, pose) in poses.iter().enumerate() {
         assert!(state.load(layout, t, pose));
     }

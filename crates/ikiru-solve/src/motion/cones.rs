@@ -67,20 +67,30 @@ pub(crate) struct Cones {
     /// something is wanted first.
     by_need: Vec<usize>,
     has_room: Vec<bool>,
+    /// How many rows each sample has.
+    needed: Vec<usize>,
 }
 
 impl Cones {
-    pub(crate) fn new(layout: &Layout, state: &MotionState, rows: &mut SampleRows) -> Self {
+    pub(crate) fn new(layout: &Layout, rows: &mut SampleRows) -> Self {
         let mut balls = Vec::new();
         for (mover, m) in layout.movers.iter().enumerate().filter(|(_, m)| m.motion.cone().is_some()) {
             let dof = m.dof + m.n_dofs - 3;
             let row = rows.add_support(dof..dof + 3);
             balls.push(Ball { mover, dof, coord: m.coord + m.n_coords - 4, row });
         }
-        let mut by_need: Vec<usize> = (0..state.n_samples).collect();
-        by_need.sort_by_key(|t| state.keyed.binary_search(t).is_err());
-        let has_room = vec![true; state.n_samples];
-        Self { n_dofs: layout.n_dofs, balls, by_need, has_room, ..Self::default() }
+        Self { n_dofs: layout.n_dofs, balls, ..Self::default() }
+    }
+
+    /// Takes over the samples of a motion.
+    pub(crate) fn fit(&mut self, state: &MotionState) {
+        let is_keyed = |t: &usize| state.keyed.binary_search(t).is_ok();
+        self.by_need.clear();
+        self.by_need.extend(state.keyed.iter().copied());
+        self.by_need.extend((0..state.n_samples).filter(|t| !is_keyed(t)));
+        self.has_room.clear();
+        self.has_room.resize(state.n_samples, true);
+        self.needed.resize(state.n_samples, 0);
     }
 
     /// Finds the limits at the coordinates of the state, and which of them block for half a gradient. Where the system
@@ -160,7 +170,9 @@ impl Cones {
 
     /// Finds the samples whose rows there is room for.
     pub(crate) fn find_room(&mut self, n_rows: usize, state: &MotionState) {
-        let mut needed = vec![0; state.n_samples];
+        let mut needed = std::mem::take(&mut self.needed);
+        needed.clear();
+        needed.resize(state.n_samples, 0);
         for place in &self.places {
             let has_row = |axis: &usize| place.held[*axis].is_some() || place.bends[*axis] > 0.0;
             needed[place.sample] += (0..3).filter(has_row).count();
@@ -172,6 +184,7 @@ impl Cones {
                 room -= needed[sample];
             }
         }
+        self.needed = needed;
     }
 
     /// Holds what a step takes across a limit at that limit; says whether there was something.

@@ -31,21 +31,20 @@ pub(super) fn explain(
         let Ok(sample) = motion.timeline().sample_at(terms[term].worst_secs) else { continue };
         let of = if terms[term].hard { Of::UnmetConstraints } else { Of::Wishes };
         let wanted = motion.wanted_at(sample);
-        if was_read != Some((sample, of)) {
-            state.linearize_sample(layout, motion, sample, &mut smoothness);
-        }
+        let Some(here) = state.wanted(sample) else { continue };
+        state.gradient_beside(layout, sample, &mut smoothness);
         let beside = (of == Of::Wishes).then_some(Beside { smoothness: &smoothness, holds_rates });
         if was_read != Some((sample, of)) {
-            explainer.read(layout, &state.sample, &wanted, of, beside);
+            explainer.read(layout, here, &wanted, of, beside);
             was_read = Some((sample, of));
         }
         let n_before = explainer.forces.len();
-        explainer.explain(layout, &state.sample, &wanted, term, beside, None);
+        explainer.explain(layout, here, &wanted, term, beside, None);
         let mut new = explainer.forces[n_before..].iter();
         if found.is_none()
             && let Some(term) = new.find_map(Force::proves)
         {
-            found = hint(layout, &state.sample, &wanted, motion.rig(), term);
+            found = hint(layout, here, &wanted, motion.rig(), term);
         }
     }
     (explainer.forces, found)

@@ -1,7 +1,6 @@
 //! Motion planning: the same objectives, placed in time, and a whole trajectory solved at once (the paper's section
 //! 3.7).
 
-mod adam;
 mod banded;
 #[cfg(test)]
 mod cases;
@@ -10,11 +9,10 @@ mod error;
 mod explain;
 mod guards;
 mod iterative;
-mod limited;
-mod lm;
+pub(crate) mod limited;
 mod path;
 mod planner;
-mod problem;
+pub(crate) mod problem;
 mod rate_bounds;
 mod report;
 mod rows;
@@ -22,8 +20,8 @@ mod sample_terms;
 mod slower;
 mod smoothness;
 mod spacing;
-mod state;
-mod step;
+pub(crate) mod state;
+pub(crate) mod step;
 mod system;
 mod timeline;
 mod track;

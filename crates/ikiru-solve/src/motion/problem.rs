@@ -401,14 +401,16 @@ impl MotionProblem {
     }
 
     /// Active joints that the given samples lead from one place to another, whether or not a term reads them.
-    pub(crate) fn led(&self) -> Vec<JointId> {
+    pub(crate) fn led(&self, joints: &mut Vec<JointId>) {
         let rig = self.rig();
-        let given: Vec<&Pose> = self.history.iter().chain(&self.end).collect();
+        let given = || self.history.iter().chain(&self.end);
         let differs = |joint: &JointId| {
             let at = rig.coords_of(*joint);
-            given.windows(2).any(|pair| pair[0].coords()[at.clone()] != pair[1].coords()[at.clone()])
+            let next = given().skip(1);
+            given().zip(next).any(|(a, b)| a.coords()[at.clone()] != b.coords()[at.clone()])
         };
-        self.base.active().filter(differs).collect()
+        joints.clear();
+        joints.extend(self.base.active().filter(differs));
     }
 
     /// The first sample that is given, if there is one.

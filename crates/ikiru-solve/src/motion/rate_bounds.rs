@@ -29,6 +29,7 @@ pub(crate) struct RateBounds {
     bounds: Vec<Bound>,
     /// λ of each limit, interval and point.
     multipliers: Vec<f64>,
+    new_multipliers: Vec<f64>,
     /// μ; at 0 the limits are out of the way.
     penalty: f64,
     /// Half the curvature, of each degree of freedom over time.
@@ -84,27 +85,24 @@ struct Place {
 }
 
 impl RateBounds {
-    pub(crate) fn new(layout: &Layout, motion: &MotionProblem) -> Self {
+    /// Takes over the limits of a motion; they are out of the way until they [begin](Self::begin).
+    pub(crate) fn fit(&mut self, layout: &Layout, motion: &MotionProblem) {
         let (n_samples, step) = (motion.timeline().n_samples(), motion.timeline().step_secs());
         let bound = |limit: &RateLimit| {
             let m = layout.movers.iter().find(|m| m.joint == limit.joint)?;
             let is_meant = |k: &usize| m.is_translation(*k) == (limit.part == RatePart::Translation);
-            let own: Vec<usize> = (0..m.n_dofs).filter(is_meant).collect();
+            let (first, last) = ((0..m.n_dofs).find(is_meant)?, (0..m.n_dofs).rfind(is_meant)?);
             let most = limit.most * if limit.rate == Rate::Speed { step } else { step * step };
-            let dofs = m.dof + own.first()?..m.dof + own.last()? + 1;
-            Some(Bound { limit: *limit, dofs, most, part: 1.0 - MARGIN })
+            Some(Bound { limit: *limit, dofs: m.dof + first..m.dof + last + 1, most, part: 1.0 - MARGIN })
         };
-        let bounds: Vec<Bound> = motion.rate_limits().iter().filter_map(bound).collect();
-        let n_multipliers = bounds.len() * n_samples * MOST_POINTS;
-        Self {
-            n_samples,
-            is_given: (0..n_samples).map(|t| motion.given(t).is_some()).collect(),
-            bounds,
-            multipliers: vec![0.0; n_multipliers],
-            penalty: 0.0,
-            curvature: BandedLines::default(),
-            is_bent: vec![false; layout.n_dofs],
-        }
+        self.bounds.clear();
+        self.bounds.extend(motion.rate_limits().iter().filter_map(bound));
+        self.n_samples = n_samples;
+        self.is_given.clear();
+        self.is_given.extend((0..n_samples).map(|t| motion.given(t).is_some()));
+        self.multipliers.resize(self.bounds.len() * n_samples * MOST_POINTS, 0.0);
+        self.is_bent.resize(layout.n_dofs, false);
+        self.begin(0.0);
     }
 
     /// Whether nothing is limited, or nothing is asked to hold limits now.
@@ -221,13 +219,14 @@ impl RateBounds {
     /// Takes over the push of each limit as its multiplier; the answer is by how much the worst is exceeded,
     /// relative to its most.
     pub(crate) fn update(&mut self, n: usize, first: &[f64]) -> f64 {
-        let mut multipliers = self.multipliers.clone();
+        let mut multipliers = std::mem::take(&mut self.new_multipliers);
+        multipliers.clone_from(&self.multipliers);
         let mut worst = 0.0_f64;
         self.visit(n, first, |_, place| {
             multipliers[place.multiplier] = self.push(place);
             worst = worst.max(place.length / place.most - 1.0);
         });
-        self.multipliers = multipliers;
+        self.new_multipliers = std::mem::replace(&mut self.multipliers, multipliers);
         worst
     }
 }
@@ -279,7 +278,7 @@ mod tests {
             let timeline = *case.motion.timeline();
             let poses = (0..n_samples).map(|t| {
                 let mut pose = rig.rest_pose();
-                case.state.store(&case.layout, t, &mut pose);
+                case.state.store(&case.layout, t, pose.coords_mut());
                 pose
             });
             let clip = Clip::new("", timeline.times(), poses.collect()).unwrap();

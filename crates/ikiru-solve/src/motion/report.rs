@@ -169,7 +169,7 @@ pub(crate) fn report_terms(
         }
         true
     };
-    state.visit_wanted(layout, motion, &mut add);
+    state.visit_wanted(motion, &mut add);
     state.visit_settled(layout, motion, &mut add);
     state.visit_off(layout, motion, &mut add);
     reports

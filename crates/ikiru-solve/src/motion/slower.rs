@@ -2,49 +2,52 @@
 
 use ikiru_rig::{Clip, RateExcess};
 
-use crate::motion::planner::Run;
+use crate::motion::limited::exceeded;
+use crate::motion::problem::MotionProblem;
 use crate::motion::report::MotionTermReport;
 
 /// By how much more than needed a motion is slowed down, and how many times as long it may become.
 const SPARE: f64 = 1e-6;
 const MOST_STRETCH: f64 = 1000.0;
 
-impl Run<'_> {
-    /// The same poses at later times, where limits on rates ask for it, and the times of the terms with them; and
-    /// the limits that cannot be kept at any tempo.
-    pub(super) fn slow_down(&self, clip: Clip, terms: &mut [MotionTermReport]) -> (Clip, Vec<RateExcess>) {
-        let limits = self.motion.rate_limits();
-        let excess = self.exceeded(&clip);
-        if excess.is_empty() {
-            return (clip, excess);
-        }
-        let retimed = clip.retime(limits, 1.0 / self.motion.timeline().step_secs()).ok();
-        let later = |secs: f64| retimed.as_ref().map_or(secs, |retimed| retimed.at(secs));
-        // The curve through these poses is not quite the one that was slowed down. What is still exceeded, and what
-        // could not be retimed, is slowed down as a whole, under which speeds and accelerations fall as they should.
-        let mut stretch = 1.0;
-        let slowed = |stretch: f64| {
-            let times = clip.times().iter().map(|secs| stretch * later(*secs)).collect();
-            Clip::new(clip.name(), times, clip.poses().to_vec()).unwrap_or_else(|_| clip.clone())
-        };
-        let mut slow = slowed(stretch);
-        let mut left = self.exceeded(&slow);
-        if !left.is_empty() {
-            stretch = left.iter().map(RateExcess::needed_stretch).fold(1.0, f64::max) * (1.0 + SPARE);
-            if stretch < MOST_STRETCH {
-                slow = slowed(stretch);
-                left = self.exceeded(&slow);
-            }
-        }
-        if !left.is_empty() {
-            // What a cone stops at once is stopped at once at any tempo.
-            return (clip, excess);
-        }
-        for term in terms {
-            for secs in [&mut term.from_secs, &mut term.to_secs, &mut term.worst_secs] {
-                *secs = stretch * later(*secs);
-            }
-        }
-        (slow, left)
+/// The same poses at later times, where limits on rates ask for it, and the times of the terms with them; and
+/// the limits that cannot be kept at any tempo.
+pub(super) fn slow_down(
+    motion: &MotionProblem,
+    clip: Clip,
+    terms: &mut [MotionTermReport],
+) -> (Clip, Vec<RateExcess>) {
+    let limits = motion.rate_limits();
+    let excess = exceeded(motion, &clip);
+    if excess.is_empty() {
+        return (clip, excess);
     }
+    let retimed = clip.retime(limits, 1.0 / motion.timeline().step_secs()).ok();
+    let later = |secs: f64| retimed.as_ref().map_or(secs, |retimed| retimed.at(secs));
+    // The curve through these poses is not quite the one that was slowed down. What is still exceeded, and what
+    // could not be retimed, is slowed down as a whole, under which speeds and accelerations fall as they should.
+    let mut stretch = 1.0;
+    let slowed = |stretch: f64| {
+        let times = clip.times().iter().map(|secs| stretch * later(*secs)).collect();
+        Clip::new(clip.name(), times, clip.poses().to_vec()).unwrap_or_else(|_| clip.clone())
+    };
+    let mut slow = slowed(stretch);
+    let mut left = exceeded(motion, &slow);
+    if !left.is_empty() {
+        stretch = left.iter().map(RateExcess::needed_stretch).fold(1.0, f64::max) * (1.0 + SPARE);
+        if stretch < MOST_STRETCH {
+            slow = slowed(stretch);
+            left = exceeded(motion, &slow);
+        }
+    }
+    if !left.is_empty() {
+        // What a cone stops at once is stopped at once at any tempo.
+        return (clip, excess);
+    }
+    for term in terms {
+        for secs in [&mut term.from_secs, &mut term.to_secs, &mut term.worst_secs] {
+            *secs = stretch * later(*secs);
+        }
+    }
+    (slow, left)
 }

@@ -29,9 +29,18 @@ pub(crate) struct Smoothness {
 }
 
 impl Smoothness {
-    pub(crate) fn new(weights: Vec<[f64; 3]>, at_rest: [bool; 2], n_samples: usize) -> Self {
-        let n = weights.len() * n_samples;
-        Self { weights, at_rest, first: vec![0.0; n], second: vec![0.0; n], third: vec![0.0; n] }
+    /// Takes over the weights of each degree of freedom, what is at rest, and how many samples there are.
+    pub(crate) fn fit(
+        &mut self,
+        weights: impl Iterator<Item = [f64; 3]>,
+        at_rest: [bool; 2],
+        n_samples: usize,
+    ) {
+        self.weights.clear();
+        self.weights.extend(weights);
+        self.at_rest = at_rest;
+        let n = self.weights.len() * n_samples;
+        [&mut self.first, &mut self.second, &mut self.third].into_iter().for_each(|v| v.resize(n, 0.0));
     }
 
     /// The cost of each order, at the coordinates of all samples (`n_samples × n_coords`).
@@ -200,7 +209,8 @@ mod tests {
             let layout = Layout::new(&problem).unwrap();
             let n_samples = 2 + random.below(5);
             let (n, nc) = (layout.n_dofs, layout.n_coords);
-            let weights = (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();
+            let weights: Vec<[f64; 3]> =
+                (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();
             let mut coords = Vec::new();
             for _ in 0..n_samples {
                 let pose = random_pose(&rig, &mut random);
@@ -209,7 +219,8 @@ mod tests {
                 }
             }
             let at_rest = [random.below(2) == 0, random.below(2) == 0];
-            let mut smoothness = Smoothness::new(weights, at_rest, n_samples);
+            let mut smoothness = Smoothness::default();
+            smoothness.fit(weights.into_iter(), at_rest, n_samples);
             smoothness.cost(&layout, &coords);
             let mut gradient = vec![0.0; n * n_samples];
             let mut beside = vec![0.0; n * n_samples];

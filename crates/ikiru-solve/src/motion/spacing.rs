@@ -11,7 +11,8 @@ pub(crate) struct Spacing {
 }
 
 impl Spacing {
-    pub(crate) fn new(weight: f64) -> Self {
+    #[cfg(test)]
+    fn new(weight: f64) -> Self {
         Self { weight, ..Self::default() }
     }
 

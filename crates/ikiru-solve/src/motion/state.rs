@@ -49,91 +49,88 @@ pub(crate) struct MotionState {
     pub(crate) rate_bounds: RateBounds,
     /// Half the gradient of what reads the differences from sample to sample, by those.
     pull: Vec<f64>,
-    pub(crate) sample: State,
-    /// The samples before that one, the nearest first, as many as terms read.
+    /// The states of the samples of which a term wants something, in their order, as they were evaluated last.
+    pub(crate) samples: Vec<State>,
+    /// Any other sample, while it is looked at.
+    other: State,
+    /// The samples before one, the nearest first, as many as terms read.
     earlier: Vec<State>,
-    /// The sample at which `sample` was evaluated last.
-    evaluated: Option<usize>,
+    /// The first objective that gave up, and why.
+    pub(crate) failure: Option<(usize, &'static str)>,
 }
 
 impl MotionState {
+    /// A state for a motion, whose samples are to be [loaded](Self::load).
     pub(crate) fn new(layout: &Layout, motion: &MotionProblem) -> Self {
-        let n_samples = motion.timeline().n_samples();
-        let n = layout.n_dofs * n_samples;
-        let weights =
-            layout.movers.iter().flat_map(|m| vec![motion.smoothness_of(m.joint); m.n_dofs]).collect();
-        let n_terms = motion.tracks().len();
-        let keyed = (0..n_samples).filter(|t| (0..n_terms).any(|term| motion.wants(term, *t)));
-        let settled = (0..n_samples).filter(|t| (0..n_terms).any(|term| motion.settles(term, *t)));
-        let off = (0..n_samples).filter(|t| (0..n_terms).any(|term| motion.is_off_at(term, *t)));
-        Self {
-            n_samples,
-            coords: vec![0.0; layout.n_coords * n_samples],
-            is_given: (0..n_samples).map(|t| motion.given(t).is_some()).collect(),
-            keyed: keyed.collect(),
-            settled: settled.collect(),
-            off: off.collect(),
+        let mut state = Self {
             rows: SampleRows::new(layout),
             guards: Guards::new(layout),
-            violation: 0.0,
-            hard_square: 0.0,
-            gradient: vec![0.0; n],
-            curvature: vec![0.0; n],
-            cost_beside_rows: 0.0,
-            smoothness: Smoothness::new(weights, motion.at_rest(), n_samples),
-            smoothness_cost: [0.0; 3],
-            spacing: Spacing::new(motion.even_spacing()),
-            spacing_cost: 0.0,
-            rate_bounds: RateBounds::new(layout, motion),
-            pull: vec![0.0; n],
-            sample: State::new(layout),
+            other: State::new(layout),
             earlier: vec![State::new(layout); layout.n_earlier],
-            evaluated: None,
+            ..Self::default()
+        };
+        state.fit(layout, motion);
+        state
+    }
+
+    /// Takes over what a motion of the same layout wants, in memory that is there already as far as it reaches.
+    pub(crate) fn fit(&mut self, layout: &Layout, motion: &MotionProblem) {
+        let n_samples = motion.timeline().n_samples();
+        let (n, n_terms) = (layout.n_dofs * n_samples, motion.tracks().len());
+        let any = |of: &dyn Fn(usize) -> bool| (0..n_terms).any(of);
+        let refill = |to: &mut Vec<usize>, of: &dyn Fn(usize) -> bool| {
+            to.clear();
+            to.extend((0..n_samples).filter(|t| of(*t)));
+        };
+        refill(&mut self.keyed, &|t| any(&|term| motion.wants(term, t)));
+        refill(&mut self.settled, &|t| any(&|term| motion.settles(term, t)));
+        refill(&mut self.off, &|t| any(&|term| motion.is_off_at(term, t)));
+        self.n_samples = n_samples;
+        self.coords.resize(layout.n_coords * n_samples, 0.0);
+        self.is_given.clear();
+        self.is_given.extend((0..n_samples).map(|t| motion.given(t).is_some()));
+        for per_tangent in [&mut self.gradient, &mut self.curvature, &mut self.pull] {
+            per_tangent.resize(n, 0.0);
         }
+        let weights = layout.movers.iter().flat_map(|m| {
+            let weights = motion.smoothness_of(m.joint);
+            std::iter::repeat_n(weights, m.n_dofs)
+        });
+        self.smoothness.fit(weights, motion.at_rest(), n_samples);
+        self.spacing.weight = motion.even_spacing();
+        self.rate_bounds.fit(layout, motion);
+        self.samples.resize_with(self.keyed.len(), || State::new(layout));
+        self.failure = None;
+    }
+
+    /// Takes over what does not move, as all samples have it; false where its numbers are not usable.
+    pub(crate) fn load_still(&mut self, layout: &Layout, pose: &Pose) -> bool {
+        let mut states = self.samples.iter_mut().chain(&mut self.earlier).chain([&mut self.other]);
+        states.all(|state| state.load(layout, pose))
     }
 
     /// Takes over the pose of one sample, inside its limits; false where its numbers are not usable.
     pub(crate) fn load(&mut self, layout: &Layout, t: usize, pose: &Pose) -> bool {
-        if !self.sample.load(layout, pose) {
+        if !self.other.load(layout, pose) {
             return false;
         }
-        // What does not move stands where it does in all samples.
-        for earlier in &mut self.earlier {
-            earlier.load(layout, pose);
-        }
-        self.evaluated = None;
         if !self.is_given[t] {
-            self.sample.project(layout);
+            self.other.project(layout);
         }
         let nc = layout.n_coords;
-        self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.sample.coords[..nc]);
+        self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.other.coords[..nc]);
         true
     }
 
-    /// Writes one sample into a pose.
-    pub(crate) fn store(&mut self, layout: &Layout, t: usize, pose: &mut Pose) {
-        self.enter(layout, t);
-        self.sample.store(layout, pose);
-    }
-
-    fn enter(&mut self, layout: &Layout, t: usize) {
+    /// Writes one sample into the coordinates of a pose.
+    pub(crate) fn store(&self, layout: &Layout, t: usize, coords: &mut [f64]) {
         let nc = layout.n_coords;
-        self.sample.coords[..nc].copy_from_slice(&self.coords[t * nc..(t + 1) * nc]);
-        self.sample.forget_constants();
-        self.evaluated = None;
-        for back in 0..layout.n_earlier.min(t) {
-            let (earlier, at) = (&mut self.earlier[back], (t - 1 - back) * nc);
-            earlier.coords[..nc].copy_from_slice(&self.coords[at..at + nc]);
-            self.sample.set_earlier(layout, back, earlier);
-        }
+        layout.store(&self.coords[t * nc..(t + 1) * nc], coords);
     }
 
-    /// Evaluates what is wanted of one sample; the answer is its cost.
-    fn evaluate_sample(&mut self, layout: &Layout, motion: &MotionProblem, t: usize) -> f64 {
-        self.enter(layout, t);
-        let cost = self.sample.evaluate(layout, &motion.wanted_at(t));
-        self.evaluated = Some(t);
-        cost
+    /// The state of a sample of which a term wants something.
+    pub(crate) fn wanted(&self, t: usize) -> Option<&State> {
+        self.keyed.binary_search(&t).ok().map(|i| &self.samples[i])
     }
 
     /// The cost of the terms that given samples settle. It is a constant of the motion, which [`evaluate`](Self::evaluate)
@@ -142,39 +139,36 @@ impl MotionState {
         let mut cost = 0.0;
         for i in 0..self.settled.len() {
             let t = self.settled[i];
-            self.enter(layout, t);
-            cost += self.sample.evaluate(layout, &motion.settled_at(t));
+            enter(layout, &self.coords, &mut self.earlier, t, &mut self.other);
+            cost += self.other.evaluate(layout, &motion.settled_at(t));
         }
+        self.failure = self.failure.or(self.other.memory.failure.take());
         cost
     }
 
-    /// Evaluates one sample after the other of which terms want something, and shows each with those. Ends early where
+    /// Shows the samples of which terms want something, as they were evaluated last, each with those. Ends early where
     /// `see` says false.
     pub(crate) fn visit_wanted(
-        &mut self,
-        layout: &Layout,
+        &self,
         motion: &MotionProblem,
         mut see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
     ) {
-        for i in 0..self.keyed.len() {
-            let t = self.keyed[i];
-            self.evaluate_sample(layout, motion, t);
-            if !see(&self.sample, &motion.wanted_at(t), t) {
+        for (t, sample) in self.keyed.iter().zip(&self.samples) {
+            if !see(sample, &motion.wanted_at(*t), *t) {
                 return;
             }
         }
     }
 
-    /// The same of samples at which terms hold that given samples settle.
+    /// Evaluates and shows samples at which terms hold that given samples settle.
     pub(crate) fn visit_settled(
         &mut self,
         layout: &Layout,
         motion: &MotionProblem,
         see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
     ) {
-        let samples = std::mem::take(&mut self.settled);
-        self.visit(layout, samples.iter().map(|t| (*t, motion.settled_at(*t))), see);
-        self.settled = samples;
+        let Self { settled, coords, earlier, other, .. } = self;
+        visit(layout, coords, earlier, other, settled, |t| motion.settled_at(t), see);
     }
 
     /// The same of samples at which terms would hold that are switched off.
@@ -184,36 +178,36 @@ impl MotionState {
         motion: &MotionProblem,
         see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
     ) {
-        let samples = std::mem::take(&mut self.off);
-        self.visit(layout, samples.iter().map(|t| (*t, motion.off_at(*t))), see);
-        self.off = samples;
-    }
-
-    fn visit<'a>(
-        &mut self,
-        layout: &Layout,
-        samples: impl Iterator<Item = (usize, SampleTerms<'a>)>,
-        mut see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
-    ) {
-        for (t, terms) in samples {
-            self.enter(layout, t);
-            self.sample.evaluate(layout, &terms);
-            if !see(&self.sample, &terms, t) {
-                return;
-            }
-        }
+        let Self { off, coords, earlier, other, .. } = self;
+        visit(layout, coords, earlier, other, off, |t| motion.off_at(t), see);
     }
 
     /// The cost of the whole motion but for what is [settled](Self::settled_cost), with that of limits on rates while
     /// they are [on](RateBounds::begin); infinite where it is not a number.
     pub(crate) fn evaluate(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
+        self.evaluate_with::<false>(layout, motion)
+    }
+
+    /// The same with the derivatives of all residuals.
+    pub(crate) fn differentiate(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
+        self.evaluate_with::<true>(layout, motion)
+    }
+
+    fn evaluate_with<const DERIVATIVES: bool>(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
         let mut cost = 0.0;
         (self.violation, self.hard_square) = (0.0, 0.0);
-        for i in 0..self.keyed.len() {
-            cost += self.evaluate_sample(layout, motion, self.keyed[i]);
+        for (t, sample) in self.keyed.iter().zip(&mut self.samples) {
+            enter(layout, &self.coords, &mut self.earlier, *t, sample);
+            let terms = motion.wanted_at(*t);
+            cost += if DERIVATIVES {
+                sample.differentiate(layout, &terms)
+            } else {
+                sample.evaluate(layout, &terms)
+            };
+            self.failure = self.failure.or(sample.memory.failure.take());
             if layout.n_force_rows > 0 {
-                self.violation += self.sample.violation;
-                self.hard_square += self.sample.hard_square(layout, &motion.wanted_at(self.keyed[i]));
+                self.violation += sample.violation;
+                self.hard_square += sample.hard_square(layout, &terms);
             }
         }
         self.smoothness_cost = self.smoothness.cost(layout, &self.coords);
@@ -241,74 +235,62 @@ impl MotionState {
         self.smoothness.add_half_gradient(layout, &self.pull, &mut self.gradient);
         for i in 0..self.keyed.len() {
             let t = self.keyed[i];
-            // One key alone is still what was evaluated.
             let terms = motion.wanted_at(t);
-            if self.evaluated != Some(t) {
-                self.enter(layout, t);
-                self.sample.differentiate(layout, &terms);
-                self.evaluated = Some(t);
-            }
-            self.sample.linearize(layout, &terms, false);
+            let sample = &mut self.samples[i];
+            sample.linearize(layout, &terms, false);
+            self.failure = self.failure.or(sample.memory.failure.take());
             for back in 1..=layout.n_earlier.min(t) {
-                self.earlier[back - 1].carry_back(layout, &terms, &self.sample.memory, back);
+                let earlier = &mut self.earlier[back - 1];
+                copy_sample(layout, &self.coords, t - back, earlier);
+                earlier.forward(layout);
+                earlier.carry_back(layout, &terms, &sample.memory, back);
             }
             for k in 0..n {
-                self.gradient[t * n + k] += self.sample.own_gradient[k];
-                self.curvature[t * n + k] += self.sample.own_curvature[k];
+                self.gradient[t * n + k] += sample.own_gradient[k];
+                self.curvature[t * n + k] += sample.own_curvature[k];
             }
-            self.push_rows(layout, &terms, t);
+            self.push_rows(layout, &terms, i);
         }
     }
 
-    /// Linearizes one sample alone, and gives the gradient by it of smoothness, spacing and limits on rates, as of the last
-    /// [linearization](Self::linearize).
-    pub(crate) fn linearize_sample(
-        &mut self,
-        layout: &Layout,
-        motion: &MotionProblem,
-        t: usize,
-        beside: &mut [f64],
-    ) {
-        let terms = motion.wanted_at(t);
-        self.enter(layout, t);
-        self.sample.differentiate(layout, &terms);
-        self.sample.linearize(layout, &terms, false);
+    /// The gradient by one sample of smoothness, spacing and limits on rates, as of the last [linearization](Self::linearize).
+    pub(crate) fn gradient_beside(&self, layout: &Layout, t: usize, beside: &mut [f64]) {
         let n = layout.n_dofs;
-        for ((beside, all), own) in
-            beside.iter_mut().zip(&self.gradient[t * n..]).zip(&self.sample.own_gradient)
-        {
-            *beside = 2.0 * (all - own);
+        let own = self.wanted(t).map_or(&[][..], |sample| &sample.own_gradient);
+        for (k, beside) in beside.iter_mut().enumerate() {
+            *beside = 2.0 * (self.gradient[t * n + k] - own.get(k).copied().unwrap_or(0.0));
         }
     }
 
-    /// Copies the rows of the sample that was linearized.
-    fn push_rows(&mut self, layout: &Layout, terms: &impl Terms, t: usize) {
+    /// Copies the rows of a sample that was linearized.
+    fn push_rows(&mut self, layout: &Layout, terms: &impl Terms, i: usize) {
+        let (t, sample) = (self.keyed[i], &self.samples[i]);
         let (first_of_sample, first_guard) = (self.rows.n_rows(), self.guards.rows.n_rows());
         for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
             let (weight, loss) = (terms.term(term.term).weight, terms.term(term.term).loss);
             if term.has_potential && !term.is_hard {
-                self.cost_beside_rows += weight * self.sample.values[term.term];
+                self.cost_beside_rows += weight * sample.values[term.term];
             }
             for part in term.parts.clone() {
-                let scale = self.sample.weights[part];
+                let scale = sample.weights[part];
                 let PartLayout { n_rows, row, place, .. } = layout.parts[part];
                 match place {
                     Place::Step => {}
                     Place::Force { .. } => {
                         let data = terms.term(term.term);
-                        self.guards.push(layout, &self.sample, &self.earlier, term, data, part);
+                        self.guards.push(layout, sample, &self.earlier, term, data, part);
                         continue;
                     }
                     Place::Own { .. } => {
-                        self.cost_beside_rows += weight * loss.cost(self.sample.squares[part]);
+                        self.cost_beside_rows += weight * loss.cost(sample.squares[part]);
                         continue;
                     }
                 }
                 let first = self.rows.n_rows();
                 self.rows.parts.push(RowPart { first, n_rows, term_weight: weight, loss, weight: scale });
                 for r in row..row + n_rows {
-                    self.rows.push(r, self.sample.scaled[r], |back, k| {
-                        let state = if back == 0 { &self.sample } else { &self.earlier[back - 1] };
+                    self.rows.push(r, sample.scaled[r], |back, k| {
+                        let state = if back == 0 { sample } else { &self.earlier[back - 1] };
                         let span = &layout.spans[k];
                         state.jacobian[span.start + r - span.first]
                     });
@@ -325,10 +307,10 @@ impl MotionState {
         }
     }
 
-    /// The residuals at the current coordinates, scaled as the rows of the last linearization are, and those of rows
+    /// The residuals as they were evaluated last, scaled as the rows of the last linearization are, and those of rows
     /// with a force as they are.
     pub(crate) fn scaled_residuals(
-        &mut self,
+        &self,
         layout: &Layout,
         motion: &MotionProblem,
         residual: &mut Vec<f64>,
@@ -337,15 +319,10 @@ impl MotionState {
         residual.clear();
         guards.clear();
         let mut part_idx = 0;
-        for i in 0..self.keyed.len() {
-            let t = self.keyed[i];
-            if self.evaluated != Some(t) {
-                self.evaluate_sample(layout, motion, t);
-            }
-            let terms = motion.wanted_at(t);
+        self.visit_wanted(motion, |sample, terms, _| {
             for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
                 for part in &layout.parts[term.parts.clone()] {
-                    let rows = &self.sample.residual[part.row..part.row + part.n_rows];
+                    let rows = &sample.residual[part.row..part.row + part.n_rows];
                     match part.place {
                         Place::Own { .. } => {}
                         Place::Force { .. } => guards.extend_from_slice(rows),
@@ -357,35 +334,23 @@ impl MotionState {
                     }
                 }
             }
-        }
+            true
+        });
     }
 
     /// `coords := project(from ⊕ tangents)` for all samples that are not given.
     pub(crate) fn step(&mut self, layout: &Layout, from: &[f64], tangents: &[f64]) {
         let (n, nc) = (layout.n_dofs, layout.n_coords);
-        self.evaluated = None;
-        for t in 0..self.n_samples {
-            let coords = &mut self.coords[t * nc..(t + 1) * nc];
-            coords.copy_from_slice(&from[t * nc..(t + 1) * nc]);
-            if self.is_given[t] {
-                continue;
-            }
-            let tangent = &tangents[t * n..(t + 1) * n];
-            for m in &layout.movers {
-                let coords = &mut coords[m.coord..m.coord + m.n_coords];
-                retract_joint(&m.motion, coords, &tangent[m.dof..m.dof + m.n_dofs]);
-                project_joint(&m.motion, coords);
-            }
+        self.coords.copy_from_slice(from);
+        for t in (0..self.n_samples).filter(|t| !self.is_given[*t]) {
+            layout.move_by(&mut self.coords[t * nc..(t + 1) * nc], &tangents[t * n..(t + 1) * n]);
         }
     }
 
     /// Sets the samples between two others on the way from one to the other, at even distances.
     pub(crate) fn interpolate(&mut self, layout: &Layout, from: usize, to: usize) {
         let nc = layout.n_coords;
-        for t in from + 1..to {
-            if self.is_given[t] {
-                continue;
-            }
+        for t in (from + 1..to).filter(|t| !self.is_given[*t]) {
             let part = (t - from) as f64 / (to - from) as f64;
             for m in &layout.movers {
                 let of = |sample: usize| sample * nc + m.coord..sample * nc + m.coord + m.n_coords;
@@ -399,27 +364,19 @@ impl MotionState {
                 project_joint(&m.motion, coords);
             }
         }
-        self.evaluated = None;
     }
 
-    /// Whether every hard term is within its tolerance at each of the samples of which it wants something.
-    pub(crate) fn holds(&mut self, layout: &Layout, motion: &MotionProblem) -> bool {
-        if layout.n_force_rows == 0 {
-            return true;
-        }
+    /// Whether all terms that count are within their tolerances at each of the samples of which they want something, as of the
+    /// last evaluation.
+    pub(crate) fn is_within(
+        &self,
+        layout: &Layout,
+        motion: &MotionProblem,
+        counts: impl Fn(&Term) -> bool,
+    ) -> bool {
         let mut unmet = None;
-        self.visit_wanted(layout, motion, |sample, terms, _| {
-            unmet = unmet_at(layout, motion, sample, terms, |term| term.hard);
-            unmet.is_none()
-        });
-        unmet.is_none()
-    }
-
-    /// Whether every mandatory term is within its tolerance at each of the samples of which it wants something.
-    pub(crate) fn is_satisfied(&mut self, layout: &Layout, motion: &MotionProblem) -> bool {
-        let mut unmet = None;
-        self.visit_wanted(layout, motion, |sample, terms, _| {
-            unmet = unmet_at(layout, motion, sample, terms, Term::counts);
+        self.visit_wanted(motion, |sample, terms, _| {
+            unmet = unmet_at(layout, motion, sample, terms, &counts);
             unmet.is_none()
         });
         unmet.is_none()
@@ -435,7 +392,7 @@ impl MotionState {
         unmet
     }
 
-    /// The first term whose residual is not finite at one of its samples.
+    /// The first term whose residual was not finite at one of its samples.
     pub(crate) fn not_finite(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
         let mut bad = None;
         let mut look = |sample: &State, terms: &SampleTerms<'_>, _: usize| {
@@ -444,9 +401,45 @@ impl MotionState {
             bad = bad.or(on.find(is_bad).map(|t| t.term));
             bad.is_none()
         };
-        self.visit_wanted(layout, motion, &mut look);
+        self.visit_wanted(motion, &mut look);
         self.visit_settled(layout, motion, &mut look);
         bad
+    }
+}
+
+/// Copies the coordinates of a sample into a state.
+fn copy_sample(layout: &Layout, coords: &[f64], t: usize, state: &mut State) {
+    let nc = layout.n_coords;
+    state.coords[..nc].copy_from_slice(&coords[t * nc..(t + 1) * nc]);
+}
+
+/// Has a state stand at a sample, with those before it that terms read.
+fn enter(layout: &Layout, coords: &[f64], earlier: &mut [State], t: usize, state: &mut State) {
+    copy_sample(layout, coords, t, state);
+    for (back, earlier) in earlier.iter_mut().enumerate().take(t) {
+        copy_sample(layout, coords, t - 1 - back, earlier);
+        state.set_earlier(layout, back, earlier);
+    }
+}
+
+/// Evaluates one sample after the other, and shows each with its terms.
+fn visit<'a>(
+    layout: &Layout,
+    coords: &[f64],
+    earlier: &mut [State],
+    other: &mut State,
+    samples: &[usize],
+    terms: impl Fn(usize) -> SampleTerms<'a>,
+    mut see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
+) {
+    for &t in samples {
+        let terms = terms(t);
+        enter(layout, coords, earlier, t, other);
+        other.forget_constants();
+        other.evaluate(layout, &terms);
+        if !see(other, &terms, t) {
+            return;
+        }
     }
 }
 

@@ -47,21 +47,28 @@ enum Source {
 }
 
 impl MotionStep {
-    pub(crate) fn new(layout: &Layout, state: &MotionState) -> Self {
-        let n = layout.n_dofs * state.n_samples;
+    /// Memory for steps of a layout's motions, to be [fitted](Self::fit) to one.
+    pub(crate) fn new(layout: &Layout) -> Self {
         let mut rows = SampleRows::new(layout);
         Self {
-            n_samples: state.n_samples,
             n_dofs: layout.n_dofs,
-            system: System::new(layout, state),
-            gradient: vec![0.0; n],
-            free: vec![true; n],
-            open: vec![true; n],
-            cones: Cones::new(layout, state, &mut rows),
-            delta: vec![0.0; n],
+            system: System::new(layout),
+            cones: Cones::new(layout, &mut rows),
             rows,
             ..Self::default()
         }
+    }
+
+    /// Takes over the shape of a motion.
+    pub(crate) fn fit(&mut self, layout: &Layout, state: &MotionState) {
+        let n = layout.n_dofs * state.n_samples;
+        self.n_samples = state.n_samples;
+        self.system.fit(state);
+        self.cones.fit(state);
+        self.gradient.resize(n, 0.0);
+        self.delta.resize(n, 0.0);
+        self.free.resize(n, true);
+        self.open.resize(n, true);
     }
 
     /// Takes over a linearization: the gradient, and what limits block. The answer is the largest remaining entry
@@ -353,7 +360,8 @@ mod tests {
             let (layout, motion) = (&case.layout, &case.motion);
             let cost = case.state.evaluate(layout, motion);
             case.state.linearize(layout, motion);
-            let mut step = MotionStep::new(layout, &case.state);
+            let mut step = MotionStep::new(layout);
+            step.fit(layout, &case.state);
             assert!(step.begin(layout, &case.state) > 0.0);
             for part in [1e-4, 0.05, 10.0] {
                 assert!(step.solve(layout, &case.state, part * step.scale(&case.state)));
@@ -398,7 +406,8 @@ mod tests {
             let (layout, motion) = (&case.layout, &case.motion);
             let cost = case.state.evaluate(layout, motion);
             case.state.linearize(layout, motion);
-            let mut step = MotionStep::new(layout, &case.state);
+            let mut step = MotionStep::new(layout);
+            step.fit(layout, &case.state);
             step.begin(layout, &case.state);
             assert!(step.solve(layout, &case.state, 1e5 * step.scale(&case.state)));
             let promised = cost - step.predicted(&case.state).0;

@@ -25,6 +25,9 @@ pub(crate) struct System {
     most_direct_rows: usize,
     n_samples: usize,
     n_dofs: usize,
+    /// The weights of smoothness of each degree of freedom, and at which ends the motion is at rest.
+    weights: Vec<[f64; 3]>,
+    at_rest: [bool; 2],
     /// Smoothness matrices by distinct weights, and which one each degree of freedom has.
     classes: Vec<Banded>,
     class_of: Vec<usize>,
@@ -51,35 +54,38 @@ pub(crate) struct System {
 }
 
 impl System {
-    pub(crate) fn new(layout: &Layout, state: &MotionState) -> Self {
-        let (n, n_samples) = (layout.n_dofs, state.n_samples);
+    /// Memory for the motions of a layout, to be [fitted](Self::fit) to one.
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let n = layout.n_dofs;
+        let most_direct_rows = MOST_DIRECT_ROWS;
+        Self { most_direct_rows, n_back: 1 + layout.n_earlier, n_dofs: n, ..Self::default() }
+    }
+
+    /// Takes over the shape of a motion, and its smoothness.
+    pub(crate) fn fit(&mut self, state: &MotionState) {
+        let n_keys = state.keyed.len().max(1) as f64;
+        let n_free = state.is_given.iter().filter(|given| !**given).count() as f64;
+        self.stretch = (n_free / n_keys).max(1.0);
+        self.shift = (n_keys / state.n_samples as f64).min(1.0);
+        let (weights, at_rest) = (&state.smoothness.weights, state.smoothness.at_rest);
+        if (self.n_samples, self.at_rest) == (state.n_samples, at_rest) && self.weights == *weights {
+            return;
+        }
+        (self.n_samples, self.at_rest) = (state.n_samples, at_rest);
+        self.weights.clone_from(weights);
         let mut distinct: Vec<[f64; 3]> = Vec::new();
-        let class_of = state.smoothness.weights.iter().map(|w| {
+        self.class_of.clear();
+        self.class_of.extend(weights.iter().map(|w| {
             distinct.iter().position(|d| d == w).unwrap_or_else(|| {
                 distinct.push(*w);
                 distinct.len() - 1
             })
-        });
-        let class_of = class_of.collect();
-        let n_keys = state.keyed.len().max(1) as f64;
-        let n_free = state.is_given.iter().filter(|given| !**given).count() as f64;
-        Self {
-            most_direct_rows: MOST_DIRECT_ROWS,
-            n_back: 1 + layout.n_earlier,
-            n_samples,
-            n_dofs: n,
-            classes: distinct
-                .into_iter()
-                .map(|weights| Banded::smoothness_at_rest(n_samples, weights, state.smoothness.at_rest))
-                .collect(),
-            class_of,
-            speed: Banded::smoothness(n_samples, [1.0, 0.0, 0.0]),
-            stretch: (n_free / n_keys).max(1.0),
-            shift: (n_keys / n_samples as f64).min(1.0),
-            factor_of: vec![0; n],
-            line: vec![0.0; n_samples],
-            ..Self::default()
-        }
+        }));
+        let matrix = |weights| Banded::smoothness_at_rest(state.n_samples, weights, at_rest);
+        self.classes = distinct.into_iter().map(matrix).collect();
+        self.speed = Banded::smoothness(state.n_samples, [1.0, 0.0, 0.0]);
+        self.factor_of.clear();
+        self.factor_of.resize(self.n_dofs, 0);
     }
 
     /// The largest curvature along one degree of freedom of one sample, by which damping is measured.
@@ -455,7 +461,8 @@ mod tests {
                         }
                     })
                     .collect();
-            let mut system = System::new(&case.layout, &case.state);
+            let mut system = System::new(&case.layout);
+            system.fit(&case.state);
             let damping = 0.05 * system.scale(&case.state);
             let wanted = reference(&case, &system, &open, damping, &held);
             let (rows, state) = (&case.state.rows, &case.state);

@@ -12,7 +12,7 @@ use crate::layout::{Layout, Mover, NONE, TermLayout};
 use crate::objective::Reach;
 use crate::problem::Problem;
 use crate::report::StopReason;
-use crate::solvers::search::{Bar, Budget, Outcome};
+use crate::search::{Bar, Budget, Outcome};
 use crate::solvers::turn::{Pull, nudge, room};
 use crate::state::State;
 use crate::words::Loss;
@@ -60,7 +60,7 @@ impl Ccd {
         state: &mut State,
         cost: f64,
         bar: &Bar,
-        budget: &mut Budget,
+        budget: &mut Budget<'_>,
     ) -> Outcome {
         let mut cost = cost;
         let mut patience = bar.patience(cost, 0.0);
@@ -70,7 +70,7 @@ impl Ccd {
             if bar.is_met(cost) {
                 return outcome(cost, StopReason::Reached);
             }
-            if let Some(stop) = budget.spend(state.memory.failure.is_some()) {
+            if let Some(stop) = budget.spend(state.memory.failure.is_some(), cost) {
                 return outcome(cost, stop);
             }
             let before = cost;
@@ -85,7 +85,7 @@ impl Ccd {
             if before - cost <= LEAST_GAIN * before {
                 return outcome(cost, StopReason::Converged);
             }
-            if patience.is_over(cost) {
+            if patience.is_over(cost, 0.0) {
                 return outcome(cost, StopReason::NoProgress);
             }
         }

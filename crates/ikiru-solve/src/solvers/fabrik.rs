@@ -10,7 +10,7 @@ use crate::layout::{Layout, Mover, NONE, Node};
 use crate::objective::Reach;
 use crate::problem::Problem;
 use crate::report::StopReason;
-use crate::solvers::search::{Bar, Budget, Outcome};
+use crate::search::{Bar, Budget, Outcome};
 use crate::solvers::turn::{Pull, nudge, room};
 use crate::state::State;
 
@@ -65,7 +65,7 @@ impl Fabrik {
         state: &mut State,
         cost: f64,
         bar: &Bar,
-        budget: &mut Budget,
+        budget: &mut Budget<'_>,
     ) -> Outcome {
         self.find_effectors(layout, problem);
         self.best.copy_from_slice(&state.coords);
@@ -75,7 +75,7 @@ impl Fabrik {
             if bar.is_met(cost) {
                 break StopReason::Reached;
             }
-            if let Some(stop) = budget.spend(state.memory.failure.is_some()) {
+            if let Some(stop) = budget.spend(state.memory.failure.is_some(), best) {
                 break stop;
             }
             self.before.copy_from_slice(&state.coords);
@@ -92,7 +92,7 @@ impl Fabrik {
                 // Positions are where reaching wants them, or the limits let them no nearer.
                 break StopReason::NoProgress;
             }
-            if patience.is_over(best) {
+            if patience.is_over(best, 0.0) {
                 break StopReason::NoProgress;
             }
         };

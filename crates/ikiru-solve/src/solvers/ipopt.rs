@@ -17,7 +17,7 @@ use crate::gradient::whole_gradient;
 use crate::layout::{Layout, Place};
 use crate::problem::Problem;
 use crate::report::StopReason;
-use crate::solvers::search::{Bar, Budget, Outcome};
+use crate::search::{Bar, Budget, Outcome};
 use crate::state::State;
 use crate::words::Sense;
 
@@ -54,13 +54,13 @@ impl Ipopt {
         state: &mut State,
         cost: f64,
         bar: &Bar,
-        budget: &mut Budget,
+        budget: &mut Budget<'_>,
     ) -> Outcome {
         let outcome = |stop| Outcome::new(cost, state.violation, stop, true);
         if bar.is_met(cost) && state.holds(layout, problem) {
             return outcome(StopReason::Reached);
         }
-        if let Some(stop) = budget.spend(false) {
+        if let Some(stop) = budget.spend(false, cost) {
             return outcome(stop);
         }
         let charts = Charts::new(layout, &state.coords);
@@ -331,7 +331,7 @@ struct Cost<'a> {
     hard: Vec<HardRow>,
     memory: &'a mut Ipopt,
     bar: &'a Bar,
-    budget: &'a mut Budget,
+    budget: &'a mut Budget<'a>,
     best: Outcome,
     /// Whether the best one meets the bar.
     is_met: bool,
@@ -441,7 +441,7 @@ impl Function for Cost<'_> {
         }
         // The first iteration was counted before Ipopt began.
         if n_iterations > 0 {
-            self.stop = self.budget.spend(self.state.memory.failure.is_some());
+            self.stop = self.budget.spend(self.state.memory.failure.is_some(), self.best.cost);
         }
         self.stop.is_none()
     }

@@ -1,15 +1,11 @@
 //! The methods that improve a single start, and the search over many.
 
-pub(crate) mod adam;
 pub(crate) mod ccd;
 pub(crate) mod columns;
 pub(crate) mod fabrik;
 pub(crate) mod forces;
 #[cfg(feature = "ipopt")]
 pub(crate) mod ipopt;
-pub(crate) mod lm;
 pub(crate) mod rows;
-pub(crate) mod search;
-pub(crate) mod seeds;
 pub(crate) mod step;
 pub(crate) mod turn;

@@ -1,6 +1,6 @@
 //! The state of a solve: coordinates, frames, residuals and their derivative, in memory that is kept.
 
-use ikiru_rig::{Frame, JointId, JointMotion, Pose, Vec3, kinematics, project_joint, retract_joint};
+use ikiru_rig::{Frame, JointId, JointMotion, Pose, Vec3, kinematics, project_joint};
 
 use crate::layout::{Layout, NONE, Node, PartLayout, TermLayout};
 use crate::objective::{Objective, RowMemory, Rows, Scratch, View};
@@ -179,11 +179,7 @@ impl State {
 
     /// Writes the coordinates of what moves into a pose.
     pub(crate) fn store(&self, layout: &Layout, pose: &mut Pose) {
-        let coords = pose.coords_mut();
-        for m in &layout.movers {
-            coords[m.pose_coord..m.pose_coord + m.n_coords]
-                .copy_from_slice(&self.coords[m.coord..m.coord + m.n_coords]);
-        }
+        layout.store(&self.coords, pose.coords_mut());
     }
 
     /// Moves every joint that is outside its limits to the nearest value inside; says whether one was.
@@ -207,16 +203,12 @@ impl State {
             return;
         }
         self.coords[..n].copy_from_slice(&from[..n]);
-        for m in &layout.movers {
-            let coords = &mut self.coords[m.coord..m.coord + m.n_coords];
-            retract_joint(&m.motion, coords, &tangent[m.dof..m.dof + m.n_dofs]);
-            project_joint(&m.motion, coords);
-        }
+        layout.move_by(&mut self.coords, tangent);
     }
 
     /// Forward kinematics of the reduced tree.
     #[inline]
-    fn forward(&mut self, layout: &Layout) {
+    pub(crate) fn forward(&mut self, layout: &Layout) {
         for idx in 0..layout.nodes.len() {
             self.place(layout, idx);
         }

@@ -270,7 +270,7 @@ fn an_objective_that_gives_up_ends_the_solve_and_is_named() {
         expected(invalid);
     }
     let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 4.0).unwrap());
-    let left = Arc::new(AtomicUsize::new(30));
+    let left = Arc::new(AtomicUsize::new(12));
     let tires = Tires { inner: Position::new(tip, far), left, opens_too_many: false };
     motion.add(1.0, When::Throughout, tires).unwrap();
     let guess = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();

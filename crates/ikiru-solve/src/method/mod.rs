@@ -1,0 +1,22 @@
+//! Methods that improve a single start of any model; the baselines know poses alone.
+
+pub(crate) mod adam;
+pub(crate) mod lm;
+
+use adam::Adam;
+use lm::Lm;
+
+/// Memory of the methods.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Methods {
+    pub(crate) lm: Lm,
+    pub(crate) adam: Adam,
+}
+
+impl Methods {
+    /// Makes room for so many coordinates and tangents.
+    pub(crate) fn fit(&mut self, n_coords: usize, n_tangents: usize) {
+        self.lm.fit(n_coords);
+        self.adam.fit(n_coords, n_tangents);
+    }
+}
