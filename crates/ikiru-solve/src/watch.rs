@@ -45,10 +45,7 @@ impl Watch {
 
     /// Calls this before every iteration, on the thread that solves. What it takes counts as time of the solve.
     #[must_use]
-    pub fn on_progress(
-        mut self,
-        call: impl Fn(Progress) -> ControlFlow<()> + Send + Sync + 'static,
-    ) -> Self {
+    pub fn on_progress(mut self, call: impl Fn(Progress) -> ControlFlow<()> + Send + Sync + 'static) -> Self {
         self.on_progress = Some(Arc::new(call));
         self
     }

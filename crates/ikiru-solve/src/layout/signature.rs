@@ -32,11 +32,7 @@ impl Signature {
     ///
     /// # Errors
     /// The first term that is not usable, and why.
-    pub(crate) fn check(
-        &mut self,
-        problem: &Problem,
-        others: &[JointId],
-    ) -> Result<bool, (usize, Unfit)> {
+    pub(crate) fn check(&mut self, problem: &Problem, others: &[JointId]) -> Result<bool, (usize, Unfit)> {
         let rig = problem.rig();
         let mut fits = self.rig.as_ref().is_some_and(|own| own.is_same(rig))
             && self.active == problem.active_flags()

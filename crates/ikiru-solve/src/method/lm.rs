@@ -53,10 +53,16 @@ impl Lm {
     ) -> Outcome {
         let mut best = Outcome::new(cost, model.violation(), StopReason::NoProgress, false);
         let may_miss = model.may_have_forces();
-        if may_miss {
+        let mut damping = Damping { now: 0.0, scale: 0.0 };
+        let last = if may_miss {
             self.best.copy_from_slice(model.coords());
+            self.run_from::<M, true>(model, cost, bar, budget, effort, &mut damping, &mut best)
+        } else {
+            self.run_from::<M, false>(model, cost, bar, budget, effort, &mut damping, &mut best)
+        };
+        if damping.scale > 0.0 {
+            effort.damping = damping.now / damping.scale;
         }
-        let last = self.run_from(model, cost, bar, budget, effort, &mut best);
         if may_miss && best.is_better(&last) {
             model.set_coords(&self.best);
             best.stop = last.stop;
@@ -65,34 +71,38 @@ impl Lm {
         last
     }
 
-    fn run_from<M: Model>(
+    /// The loop; where no row has a force (`FORCES`), nothing of them is asked for.
+    fn run_from<M: Model, const FORCES: bool>(
         &mut self,
         model: &mut M,
         cost: f64,
         bar: &Bar,
         budget: &mut Budget<'_>,
-        effort: &mut Effort,
+        effort: &Effort,
+        used: &mut Damping,
         best: &mut Outcome,
     ) -> Outcome {
         let (first, mut cost) = (cost, cost);
         let (mut damping, mut scale) = (0.0, 0.0);
         let mut patience = bar.patience(cost, model.violation());
-        let mut hard = Hard::new(model.violation());
+        let mut hard = Hard::<FORCES>::new(model.violation());
         let mut n_little = 0;
-        model.forget_forces();
+        if FORCES {
+            model.forget_forces();
+        }
         'accepted: loop {
-            if bar.is_met(cost) && model.holds() {
+            if bar.is_met(cost) && (!FORCES || model.holds()) {
                 return Outcome::new(cost, hard.violation, StopReason::Reached, true);
             }
             model.linearize();
             let gradient = model.begin();
-            let has_forces = model.has_forces();
+            let has_forces = FORCES && model.has_forces();
             if gradient == 0.0 && !has_forces {
                 return Outcome::new(cost, 0.0, StopReason::Converged, false);
             }
             if damping == 0.0 {
                 scale = model.scale();
-                damping = effort.damping * scale;
+                (used.scale, damping) = (scale, effort.damping * scale);
             }
             let rules = model.rules();
             self.accepted.copy_from_slice(model.coords());
@@ -107,9 +117,8 @@ impl Lm {
                     return Outcome::new(cost, hard.violation, StopReason::NoProgress, false);
                 }
                 // Damping that falls with the residual keeps convergence fast to the end (Fan and Yuan, 2005).
-                let damping_now =
-                    (damping * (cost / first).sqrt().min(1.0)).max(rules.least_damping * scale);
-                effort.damping = damping_now / scale;
+                let damping_now = (damping * (cost / first).sqrt().min(1.0)).max(rules.least_damping * scale);
+                used.now = damping_now;
                 if has_forces {
                     model.aim(hard.share);
                 }
@@ -171,7 +180,13 @@ impl Lm {
 
     /// Follows the bend of rows away from their linear model by one more solve, where that leads to better coordinates than
     /// the trial that the model is at; the answer is the cost of the better ones, at which the model is then.
-    fn correct<M: Model>(&mut self, model: &mut M, damping: f64, trial: f64, hard: &Hard) -> f64 {
+    fn correct<M: Model, const FORCES: bool>(
+        &mut self,
+        model: &mut M,
+        damping: f64,
+        trial: f64,
+        hard: &Hard<FORCES>,
+    ) -> f64 {
         let first = hard.merit(trial, model.violation());
         self.first_try.copy_from_slice(model.coords());
         if first.is_finite() && model.correct(damping) {
@@ -187,9 +202,16 @@ impl Lm {
     }
 }
 
+/// The damping of the last step, and by what it is measured.
+#[derive(Clone, Copy, Debug)]
+struct Damping {
+    now: f64,
+    scale: f64,
+}
+
 /// What hard rows ask of a step.
 #[derive(Clone, Copy, Debug)]
-struct Hard {
+struct Hard<const ANY: bool> {
     /// By how much they are missed now.
     violation: f64,
     /// ν
@@ -198,7 +220,7 @@ struct Hard {
     share: f64,
 }
 
-impl Hard {
+impl<const ANY: bool> Hard<ANY> {
     /// What they ask of the first step, missed by so much.
     fn new(violation: f64) -> Self {
         Self { violation, weight: 0.0, share: 1.0 }
@@ -206,7 +228,7 @@ impl Hard {
 
     #[inline(always)]
     fn merit(&self, cost: f64, violation: f64) -> f64 {
-        if violation == 0.0 { cost } else { cost + self.weight * violation }
+        if !ANY || violation == 0.0 { cost } else { cost + self.weight * violation }
     }
 
     /// Takes over the largest force of a step. Forces are half of what the cost would fall by.

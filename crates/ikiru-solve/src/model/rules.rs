@@ -18,8 +18,13 @@ pub(crate) struct Rules {
 impl Rules {
     /// Of poses: a step takes microseconds, so that a solve goes on to the last digit. Residuals bend little within a step;
     /// only what is hard is worth a correction.
-    pub(crate) const POSE: Self =
-        Self { least_damping: 1e-12, least_gain: 1e-12, poor: f64::NEG_INFINITY, little_gain: 0.0, n_little: usize::MAX };
+    pub(crate) const POSE: Self = Self {
+        least_damping: 1e-12,
+        least_gain: 1e-12,
+        poor: f64::NEG_INFINITY,
+        little_gain: 0.0,
+        n_little: usize::MAX,
+    };
 
     /// Of trajectories whose steps are solved for exactly. A step is dear, and all samples together lead along curved
     /// valleys, where a correction gains what many short steps would. A first short step may be short for its

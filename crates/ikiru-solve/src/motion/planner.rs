@@ -136,8 +136,7 @@ impl Solver {
             Some(bar) => cost < bar && terms.iter().all(|t| t.satisfied || !t.hard),
             None => terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
-        let (forces, hint) =
-            if within { (Vec::new(), None) } else { explain(layout, motion, state, &terms) };
+        let (forces, hint) = if within { (Vec::new(), None) } else { explain(layout, motion, state, &terms) };
         let exceeded = if motion.has_free_duration() {
             let exceeded;
             (clip, exceeded) = slow_down(motion, clip, &mut terms);

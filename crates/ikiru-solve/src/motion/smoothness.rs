@@ -209,8 +209,7 @@ mod tests {
             let layout = Layout::new(&problem).unwrap();
             let n_samples = 2 + random.below(5);
             let (n, nc) = (layout.n_dofs, layout.n_coords);
-            let weights: Vec<[f64; 3]> =
-                (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();
+            let weights: Vec<[f64; 3]> = (0..n).map(|_| [0.0; 3].map(|_| random.between(0.1, 1.0))).collect();
             let mut coords = Vec::new();
             for _ in 0..n_samples {
                 let pose = random_pose(&rig, &mut random);

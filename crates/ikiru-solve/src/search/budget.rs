@@ -14,7 +14,8 @@ pub(crate) struct Budget<'a> {
     of_this_start: usize,
     most: usize,
     started: Option<(Instant, Duration)>,
-    watch: &'a Watch,
+    /// Who watches, if anybody does.
+    watch: Option<&'a Watch>,
 }
 
 impl<'a> Budget<'a> {
@@ -25,7 +26,7 @@ impl<'a> Budget<'a> {
             of_this_start: 0,
             most: options.max_iterations,
             started: options.max_time.map(|most| (Instant::now(), most)),
-            watch,
+            watch: watch.is_set().then_some(watch),
         }
     }
 
@@ -51,9 +52,9 @@ impl<'a> Budget<'a> {
         if self.of_this_start >= self.most {
             return Some(StopReason::IterationLimit);
         }
-        if self.watch.is_set() {
+        if let Some(watch) = self.watch {
             let Self { iterations, restarts, .. } = *self;
-            if self.watch.says_stop(Progress { iterations, restarts, cost }) {
+            if watch.says_stop(Progress { iterations, restarts, cost }) {
                 return Some(StopReason::Cancelled);
             }
         }
@@ -67,7 +68,7 @@ impl<'a> Budget<'a> {
 
     /// Why what is no iteration, and may take long, is to end now.
     pub(crate) fn stop(&self) -> Option<StopReason> {
-        if self.watch.is_cancelled() {
+        if self.watch.is_some_and(Watch::is_cancelled) {
             return Some(StopReason::Cancelled);
         }
         self.is_late().then_some(StopReason::TimeBudget)

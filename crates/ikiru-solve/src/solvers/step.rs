@@ -217,6 +217,7 @@ impl StepSolver {
     }
 
     /// The largest squared length of a column, by which damping is measured.
+    #[inline(always)]
     pub(crate) fn scale(&self, layout: &Layout, state: &State) -> f64 {
         let mut largest = 0.0_f64;
         for (k, span) in layout.spans.iter().enumerate() {
@@ -368,6 +369,7 @@ impl StepSolver {
     }
 
     /// The cost that the linear model promises for `delta`, losses and all, and by how much hard rows are then missed.
+    #[inline(always)]
     pub(crate) fn predicted(&mut self, layout: &Layout, state: &State, problem: &Problem) -> (f64, f64) {
         self.y.copy_from_slice(&state.scaled[..layout.n_rows]);
         let mut memory = std::mem::take(&mut self.memory);

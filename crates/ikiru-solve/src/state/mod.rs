@@ -265,6 +265,7 @@ impl State {
 
     /// The same with the derivatives of the residuals, for a pose from which a step will likely be taken:
     /// [`linearize`](Self::linearize) then finds them.
+    #[inline(never)]
     pub(crate) fn differentiate(&mut self, layout: &Layout, terms: &impl Terms) -> f64 {
         self.evaluate_with::<true>(layout, terms)
     }
