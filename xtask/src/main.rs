@@ -1,4 +1,4 @@
-//! The project's own chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask fuzz`.
+//! The project's own chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask page`, `cargo xtask fuzz`.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -27,6 +27,7 @@ Commands:
   test   everything that must pass before a change is done, in order, stopping at the first failure
   tidy   the project's own rules: file heads and sizes, code map, dependency order, reasons,
          names of types, licences, words
+  page   writes docs/scenario.md anew, from the tables by which scenarios are read
   fuzz   [TARGET] [--secs N] [--runs N]: cargo-fuzz on one reader, or on all in turn, 60 s each by default
 ";
 
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
     let outcome = match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => root().and_then(|root| test::run(&root)),
         ["tidy"] => root().and_then(|root| tidy::run(&root)),
+        ["page"] => root().and_then(|root| write_page(&root)),
         ["fuzz", ref args @ ..] => match fuzz::Plan::parse(args) {
             Ok(plan) => root().and_then(|root| fuzz::run(&root, &plan)),
             Err(error) => {
@@ -47,7 +49,7 @@ fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         _ => {
-            eprintln!("xtask: no command `{}`, expected one of: test, tidy, fuzz", args.join(" "));
+            eprintln!("xtask: no command `{}`, expected one of: test, tidy, page, fuzz", args.join(" "));
             return ExitCode::from(2);
         }
     };
@@ -58,6 +60,21 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// The test that compares the page writes it where it is asked to.
+fn write_page(root: &Path) -> Result<()> {
+    let mut command = cargo::command(root);
+    command.args([
+        "test",
+        "--quiet",
+        "-p",
+        "ikiru-scenario",
+        "--test",
+        "all",
+        "the_page_is_what_the_tables_say",
+    ]);
+    cargo::finish(command.env("IKIRU_WRITE_PAGE", "1"))
 }
 
 /// The project's root: the folder above this crate.

@@ -8,7 +8,8 @@ use toml::de::DeTable;
 
 use crate::at::{At, Source};
 use crate::error::{Error, ErrorKind};
-use crate::keys::as_table;
+use crate::key::Key;
+use crate::keys::{TABLE, as_table};
 use crate::limits::LimitKeys;
 use crate::motion::MotionKeys;
 use crate::objective::ObjectiveEntry;
@@ -106,26 +107,61 @@ pub enum RootKey {
     Free,
 }
 
-const KEYS: [&str; 13] = [
-    "version",
+const VERSION_KEY: Key = Key::new("version", "the number 1, as in version = 1", "The format's version.");
+const RIG: Key = Key::new(
     "rig",
+    "a built-in rig such as 'builtin:human', or the path of a .glb, .gltf, .vrm, .bvh or .urdf file",
+    "What is posed; paths are relative to the scenario's folder.",
+);
+const METHOD: Key = Key::new(
     "method",
-    "active",
+    "'lm', 'adam', 'ccd', 'fabrik' or 'ipopt'",
+    "How it is solved. All but `lm` are there to compare; `ipopt` only in builds that have it.",
+)
+.or("\"lm\"");
+const ACTIVE: Key =
+    Key::new("active", "a list of joints, by name or humanoid role", "The joints that may move.")
+        .or_as("all that can");
+const ROOT: Key = Key::new(
     "root",
+    "'free'",
+    "The root of the body floats: what carries everything that moves, a humanoid's hips, a robot's base. What moved above it is fixed.",
+)
+.or_as("as the file has it");
+pub(crate) const SCALE: Key = Key::new(
     "scale",
+    "a number above 0",
+    "Metres in a unit of the rig's file, for formats that do not say: BVH.",
+)
+.or("1");
+const WORLD: Key = Key::new(
     "world",
-    "roles",
-    "limits",
+    "'scene' or 'file'",
+    "Whose axes targets are in: y up and facing +z, or those of a URDF or VRM 0.x file.",
+)
+.or("\"scene\"");
+const ROLES: Key =
+    Key::new("roles", TABLE, "Which joint is which humanoid bone: below.").or_as("as the rig has them");
+const LIMITS: Key =
+    Key::new("limits", TABLE, "How far joints may turn: below.").or_as("as the file has them");
+const START: Key = Key::new(
     "start",
+    "a table of joints, [start], or the path of a pose's .json file",
+    "Where a solve starts: below.",
+)
+.or_as("the rest pose");
+const OBJECTIVE: Key = Key::new(
     "objective",
-    "motion",
-    "stop",
-];
+    "a list of tables, [[objective]]",
+    "What the pose or the motion should achieve, at least one: below.",
+);
+const MOTION: Key = Key::new("motion", TABLE, "Makes a motion of it: below.").or_as("a single pose");
+const STOP: Key = Key::new("stop", TABLE, "When a solve ends: below.").or_as("each key's own default");
+/// The keys of a scenario.
+pub(crate) const KEYS: [Key; 13] =
+    [VERSION_KEY, RIG, METHOD, ACTIVE, ROOT, SCALE, WORLD, ROLES, LIMITS, START, OBJECTIVE, MOTION, STOP];
 const VERSION: u32 = 1;
 const DEFAULT_METHOD: &str = "lm";
-/// What errors expect of `rig`.
-const RIG: &str =
-    "a built-in rig such as 'builtin:human', or the path of a .glb, .gltf, .vrm, .bvh or .urdf file";
 
 impl Document {
     /// A document about a rig, without objectives and with the default of everything else.
@@ -172,34 +208,34 @@ impl Document {
     }
 
     fn read_table(table: &Table<'_>) -> Result<Self, Error> {
-        table.require("version", "version = 1")?.version()?;
+        table.require(&VERSION_KEY)?.version()?;
         table.only(&KEYS)?;
-        let mut document = Self::new(table.require("rig", RIG)?.text(RIG)?);
-        if let Some(scale) = table.get("scale") {
+        let mut document = Self::new(table.require(&RIG)?.text()?);
+        if let Some(scale) = table.get(&SCALE) {
             document.scale = scale.number()?;
         }
-        if let Some(world) = table.get("world") {
+        if let Some(world) = table.get(&WORLD) {
             let is_file = world.word("world", &["scene", "file"])? == "file";
             document.world = if is_file { TargetAxes::File } else { TargetAxes::Scene };
         }
-        if let Some(root) = table.get("root") {
+        if let Some(root) = table.get(&ROOT) {
             root.word("root", &["free"])?;
             document.root = RootKey::Free;
         }
-        if let Some(method) = table.get("method") {
-            document.method = method.text("a word in quotes")?.to_owned();
+        if let Some(method) = table.get(&METHOD) {
+            document.method = method.text()?.to_owned();
         }
-        document.active = table.get("active").map(|list| list.name_list()).transpose()?;
-        for value in table.table("roles")?.iter().flat_map(Table::entries) {
-            document.roles.push((value.key.clone(), value.text("the name of a joint")?.to_owned()));
+        document.active = table.get(&ACTIVE).map(|list| list.name_list()).transpose()?;
+        for value in table.table(&ROLES)?.iter().flat_map(|roles| roles.entries("the name of a joint")) {
+            document.roles.push((value.key.clone(), value.name()?));
         }
-        for value in table.table("limits")?.iter().flat_map(Table::entries) {
+        for value in table.table(&LIMITS)?.iter().flat_map(|limits| limits.entries(TABLE)) {
             document.limits.push((value.key.clone(), LimitKeys::read(&value.table()?)?));
         }
-        document.start = table.get("start").map(|start| GivenPose::read(&start)).transpose()?;
-        document.motion = table.table("motion")?.map(|motion| MotionKeys::read(&motion)).transpose()?;
-        document.stop = table.table("stop")?.map_or(Ok(StopKeys::default()), |stop| StopKeys::read(&stop))?;
-        let list = table.get("objective").map(|list| list.list("a list of tables, [[objective]]"));
+        document.start = table.get(&START).map(|start| GivenPose::read(&start)).transpose()?;
+        document.motion = table.table(&MOTION)?.map(|motion| MotionKeys::read(&motion)).transpose()?;
+        document.stop = table.table(&STOP)?.map_or(Ok(StopKeys::default()), |stop| StopKeys::read(&stop))?;
+        let list = table.get(&OBJECTIVE).map(|list| list.list(TABLE));
         for entry in list.transpose()?.unwrap_or_default() {
             document.objectives.push(ObjectiveEntry::read(&entry.table()?)?);
         }

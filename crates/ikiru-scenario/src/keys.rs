@@ -1,4 +1,5 @@
-//! Keys that several places share, as data: rotations, targets that stay or move, what a joint does.
+//! Keys that several places share: what the format says of them, and as data rotations, targets that stay or move, what a
+//! joint does.
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{EulerOrder, JointId, JointMotion, Range, Rig};
@@ -8,9 +9,51 @@ use serde::{Serialize, Serializer};
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
+use crate::key::Key;
 use crate::scene::Scene;
 use crate::table::{Table, Value};
 use crate::values::{name_of, quaternion, with_article};
+
+/// The joint that an objective is about.
+pub(crate) const JOINT: Key =
+    Key::new("joint", "the name of a joint, or a humanoid role", "The joint that it is about.");
+/// Which point of it.
+pub(crate) const POINT: Key = Key::new(
+    "point",
+    "a point in the joint's frame in metres, [x, y, z]",
+    "Which point of the joint is meant.",
+)
+.or("[0, 0, 0]");
+/// Which direction of it.
+pub(crate) const AXIS: Key = Key::new(
+    "axis",
+    "a direction in the joint's frame, [x, y, z]",
+    "Which direction of the joint is meant; of any length but 0.",
+);
+pub(crate) const TARGET: Key =
+    Key::new("target", "a point of the world in metres, [x, y, z]", "Where it should be.");
+pub(crate) const PATH: Key = Key::new(
+    "path",
+    "points at times, [[secs, x, y, z], …]",
+    "A target that moves along a smooth curve through these points, beside a `[motion]`.",
+);
+pub(crate) const TARGET_ROTATION: Key = Key::new(
+    "target_rotation",
+    "a quaternion, [x, y, z, w]",
+    "How its frame should be turned in the world; of any length but 0.",
+)
+.one_of();
+pub(crate) const EULER_DEG: Key =
+    Key::new("euler_deg", "three angles in degrees, [x, y, z]", "The same as angles of `Rz·Ry·Rx`.").one_of();
+/// How near is near enough, of kinds with a part in metres.
+pub(crate) const TOLERANCE: Key =
+    Key::new("tolerance", "metres, at least 0", "How near is near enough.").or_as("0.001, hard 0.0001");
+/// How near is near enough, of kinds with a part that is an angle.
+pub(crate) const TOLERANCE_DEG: Key =
+    Key::new("tolerance_deg", "degrees, at least 0", "How near is near enough.").or_as("0.5, hard 0.01");
+
+/// What errors expect where the key is that of a list or a table.
+pub(crate) const TABLE: &str = "a table";
 
 /// A rotation of the world, or of another joint's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -47,26 +90,22 @@ pub enum JointKeys {
 }
 
 impl RotationKeys {
-    pub(crate) const EXPECTED: &'static str =
+    pub(crate) const KEYS: [Key; 2] = [TARGET_ROTATION, EULER_DEG];
+    const EXPECTED: &'static str =
         "either 'target_rotation' (a quaternion, [x, y, z, w]) or 'euler_deg' (angles x, y, z of Rz·Ry·Rx)";
 
     /// What is there of them; both is an error, none is not.
     pub(crate) fn read_if_there(table: &Table<'_>) -> Result<Option<Self>, Error> {
-        match (table.get("target_rotation"), table.get("euler_deg")) {
+        match (table.get(&TARGET_ROTATION), table.get(&EULER_DEG)) {
             (None, None) => Ok(None),
-            (Some(quaternion), None) => {
-                Ok(Some(Self::TargetRotation(quaternion.numbers("a quaternion, [x, y, z, w]")?)))
-            }
-            (None, Some(angles)) => {
-                Ok(Some(Self::EulerDeg(angles.numbers("three angles in degrees, [x, y, z]")?)))
-            }
-            (Some(_), Some(_)) => Err(table.alternatives(&["target_rotation", "euler_deg"], Self::EXPECTED)),
+            (Some(quaternion), None) => Ok(Some(Self::TargetRotation(quaternion.numbers()?))),
+            (None, Some(angles)) => Ok(Some(Self::EulerDeg(angles.numbers()?))),
+            (Some(_), Some(_)) => Err(table.alternatives(&Self::KEYS, Self::EXPECTED)),
         }
     }
 
     pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
-        Self::read_if_there(table)?
-            .ok_or_else(|| table.alternatives(&["target_rotation", "euler_deg"], Self::EXPECTED))
+        Self::read_if_there(table)?.ok_or_else(|| table.alternatives(&Self::KEYS, Self::EXPECTED))
     }
 
     /// `at` is the table that has the key.
@@ -81,17 +120,16 @@ impl RotationKeys {
 impl TargetKeys {
     /// What is there of them; both is an error, none is not.
     pub(crate) fn read_if_there(table: &Table<'_>) -> Result<Option<Self>, Error> {
-        match (table.get("target"), table.get("path")) {
+        match (table.get(&TARGET), table.get(&PATH)) {
             (None, None) => Ok(None),
-            (Some(target), None) => Ok(Some(Self::Target(target.vector()?))),
+            (Some(target), None) => Ok(Some(Self::Target(target.numbers()?))),
             (None, Some(path)) => {
-                let points = path.list("points at times, [[secs, x, y, z], …]")?;
-                let points =
-                    points.iter().map(|p| p.numbers("a time in seconds and a point, [secs, x, y, z]"));
+                let points = path.list("a time in seconds and a point, [secs, x, y, z]")?;
+                let points = points.iter().map(Value::numbers);
                 Ok(Some(Self::Path(points.collect::<Result<_, _>>()?)))
             }
             (Some(_), Some(_)) => Err(table.alternatives(
-                &["target", "path"],
+                &[TARGET, PATH],
                 "either 'target' (a point of the world in metres, [x, y, z]) or 'path' (points at times)",
             )),
         }
@@ -110,19 +148,23 @@ impl TargetKeys {
 }
 
 impl JointKeys {
-    const KEYS: [&'static str; 4] = ["euler_deg", "rotation", "angle_deg", "offset"];
+    pub(crate) const KEYS: [Key; 4] = [
+        EULER_DEG.meaning("Of a ball, an Euler joint or a free root: angles of `Rz·Ry·Rx`."),
+        Key::new("rotation", "a quaternion, [x, y, z, w]", "Of the same; of any length but 0.").one_of(),
+        Key::new("angle_deg", "an angle in degrees", "Of a hinge.").one_of(),
+        Key::new("offset", "metres", "Of a slider.").one_of(),
+    ];
+    /// What errors expect of the value of a joint's name.
+    pub(crate) const TAKES: &'static str =
+        "a table with one of 'euler_deg', 'rotation', 'angle_deg' or 'offset'";
 
     /// `{ euler_deg = [..] }` and so on: one of them.
     pub(crate) fn read(value: &Value<'_>) -> Result<Self, Error> {
         let table = value.table()?;
         table.only(&Self::KEYS)?;
-        match Self::KEYS.map(|key| table.get(key)) {
-            [Some(angles), None, None, None] => {
-                Ok(Self::EulerDeg(angles.numbers("three angles in degrees, [x, y, z]")?))
-            }
-            [None, Some(rotation), None, None] => {
-                Ok(Self::Rotation(rotation.numbers("a quaternion, [x, y, z, w]")?))
-            }
+        match Self::KEYS.map(|key| table.get(&key)) {
+            [Some(angles), None, None, None] => Ok(Self::EulerDeg(angles.numbers()?)),
+            [None, Some(rotation), None, None] => Ok(Self::Rotation(rotation.numbers()?)),
             [None, None, Some(angle), None] => Ok(Self::AngleDeg(angle.number()?)),
             [None, None, None, Some(offset)] => Ok(Self::Offset(offset.number()?)),
             _ => {

@@ -7,13 +7,43 @@ use serde::Serialize;
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
+use crate::key::Key;
 use crate::table::Table;
 use crate::values::{direction, joint_of_key, name_of, number_that, quaternion, with_article};
 
-const EULER: [&str; 2] = ["min_deg", "max_deg"];
-const CENTRE: [&str; 2] = ["parent_rotation", "joint_rotation"];
-const CONE: [&str; 5] = ["axis", "swing_deg", "twist_deg", CENTRE[0], CENTRE[1]];
-const KEYS: [&str; 7] = [EULER[0], EULER[1], CONE[0], CONE[1], CONE[2], CONE[3], CONE[4]];
+/// The keys of ranges, which make an Euler joint.
+pub(crate) const RANGES: [Key; 2] = [
+    Key::new("min_deg", "three angles in degrees, [x, y, z]", "The least angles of `Rz·Ry·Rx`."),
+    Key::new("max_deg", "three angles in degrees, [x, y, z]", "The largest."),
+];
+/// The keys of a cone, which make a ball.
+pub(crate) const CONE: [Key; 5] = [
+    Key::new(
+        "axis",
+        "the twist's axis in the joint's frame, [x, y, z]",
+        "What the joint twists about; of any length but 0.",
+    ),
+    Key::new(
+        "swing_deg",
+        "two half-widths in degrees, [first, second]",
+        "How far the axis may tilt either way, 0 to 180: the edge is an ellipse.",
+    ),
+    Key::new(
+        "twist_deg",
+        "two angles in degrees, [min, max]",
+        "How far it may turn about the axis, -180 to 180.",
+    )
+    .or("[-180, 180]"),
+    Key::new(
+        "parent_rotation",
+        "a quaternion, [x, y, z, w]",
+        "P of another centre than the rest pose, of any length but 0.",
+    )
+    .or_as("the identity beside the other, else the rest pose"),
+    Key::new("joint_rotation", "a quaternion, [x, y, z, w]", "K of that centre, of any length but 0.")
+        .or_as("the same"),
+];
+const KEYS: [Key; 7] = [RANGES[0], RANGES[1], CONE[0], CONE[1], CONE[2], CONE[3], CONE[4]];
 
 /// How far a joint may turn, which says how it moves: `[limits.NAME]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -51,26 +81,22 @@ pub struct ConeKeys {
 
 impl LimitKeys {
     pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
-        const ANGLES: &str = "three angles in degrees, [x, y, z]";
-        const WIDTHS: &str = "two half-widths in degrees, [first, second]";
         table.only(&KEYS)?;
-        let rotation =
-            |key: &str| table.get(key).map(|value| value.numbers("a quaternion, [x, y, z, w]")).transpose();
-        let has = |keys: &[&str]| keys.iter().any(|key| table.get(key).is_some());
-        match (has(&EULER), has(&CONE)) {
+        let has = |keys: &[Key]| keys.iter().any(|key| table.get(key).is_some());
+        let [min_deg, max_deg] = &RANGES;
+        let [axis, swing_deg, twist_deg, parent_rotation, joint_rotation] = &CONE;
+        let rotation = |key| table.get(key).map(|value| value.numbers()).transpose();
+        match (has(&RANGES), has(&CONE)) {
             (true, false) => Ok(Self::Ranges {
-                min_deg: table.require("min_deg", ANGLES)?.numbers(ANGLES)?,
-                max_deg: table.require("max_deg", ANGLES)?.numbers(ANGLES)?,
+                min_deg: table.require(min_deg)?.numbers()?,
+                max_deg: table.require(max_deg)?.numbers()?,
             }),
             (false, true) => Ok(Self::Cone(ConeKeys {
-                axis: table.require("axis", "the twist's axis in the joint's frame, [x, y, z]")?.vector()?,
-                swing_deg: table.require("swing_deg", WIDTHS)?.numbers(WIDTHS)?,
-                twist_deg: table
-                    .get("twist_deg")
-                    .map(|ends| ends.numbers("two angles in degrees, [min, max]"))
-                    .transpose()?,
-                parent_rotation: rotation(CENTRE[0])?,
-                joint_rotation: rotation(CENTRE[1])?,
+                axis: table.require(axis)?.numbers()?,
+                swing_deg: table.require(swing_deg)?.numbers()?,
+                twist_deg: table.get(twist_deg).map(|ends| ends.numbers()).transpose()?,
+                parent_rotation: rotation(parent_rotation)?,
+                joint_rotation: rotation(joint_rotation)?,
             })),
             (is_both, _) => {
                 let expected = "either 'min_deg' and 'max_deg' (ranges of the angles x, y, z), \
@@ -150,8 +176,8 @@ impl ConeKeys {
         let rotation = |numbers: Option<[f64; 4]>, key| {
             numbers.map(|numbers| quaternion(numbers, &at.key(key))).transpose()
         };
-        let parent = rotation(self.parent_rotation, CENTRE[0])?;
-        let joint = rotation(self.joint_rotation, CENTRE[1])?;
+        let parent = rotation(self.parent_rotation, "parent_rotation")?;
+        let joint = rotation(self.joint_rotation, "joint_rotation")?;
         Ok((parent.is_some() || joint.is_some()).then(|| ConeCentre {
             parent_rotation: parent.unwrap_or_default(),
             joint_rotation: joint.unwrap_or_default(),

@@ -10,7 +10,8 @@ use serde::Serialize;
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
-use crate::keys::{as_table, is_false, is_plain_zero, is_true};
+use crate::key::Key;
+use crate::keys::{TABLE, as_table, is_false, is_plain_zero, is_true};
 use crate::objective::ScenarioObjective;
 use crate::rate_limits::{self, RateKeys};
 use crate::scenario::{Scenario, out_of_hand};
@@ -182,18 +183,61 @@ pub enum LengthKeys {
     },
 }
 
-const OWN_KEYS: [&str; 11] = [
-    "duration_secs",
-    "rate",
+const DURATION_SECS: Key = Key::new("duration_secs", "seconds, above 0", "How long it takes.").one_of();
+const RATE: Key =
+    Key::new("rate", "a number of samples a second above 0", "Samples a second, beside `duration_secs`.")
+        .or("30");
+const POINTS: Key = Key::new(
     "points",
+    "how many points lie between the first and the last",
+    "So many samples between the first and the last, a second apart, as in the paper.",
+)
+.one_of();
+const SMOOTHNESS: Key = Key::new(
     "smoothness",
-    "even_spacing",
-    "start_at_rest",
-    "end_at_rest",
-    "fixed_start",
+    "three weights, of speed, acceleration and jerk",
+    "Each at least 0, on squared differences from sample to sample.",
+)
+.or("[0.001, 0.001, 0.001]");
+const EVEN_SPACING: Key =
+    Key::new("even_spacing", "a weight of at least 0", "Of steps that are equally long.").or("0");
+const TRUTHS: [Key; 4] = [
+    Key::new("start_at_rest", "true or false", "Whether the body stands still before the first sample.")
+        .or("false"),
+    Key::new("end_at_rest", "true or false", "Whether it stands still after the last one.").or("false"),
+    Key::new("fixed_start", "true or false", "Whether the first sample is the start.").or("true"),
+    Key::new(
+        "free_duration",
+        "true or false",
+        "Whether it may take longer where limits on rates ask for that.",
+    )
+    .or("false"),
+];
+const END: Key = Key::new(
     "end",
-    "free_duration",
+    "a table of joints, [motion.end], or the path of a pose's .json file",
+    "The last sample, given as `[start]` is; what it does not name is as in the start.",
+)
+.or_as("found by the plan");
+const LIMITS: Key = Key::new(
     "limits",
+    TABLE,
+    "`[motion.limits.NAME]`: the keys below for one joint, in the place of those for every active one.",
+)
+.or_as("none");
+/// The keys of `[motion]` but those of [`rate_limits`].
+pub(crate) const KEYS: [Key; 11] = [
+    DURATION_SECS,
+    RATE,
+    POINTS,
+    SMOOTHNESS,
+    EVEN_SPACING,
+    TRUTHS[0],
+    TRUTHS[1],
+    TRUTHS[2],
+    TRUTHS[3],
+    END,
+    LIMITS,
 ];
 const DEFAULT_RATE_HZ: f64 = 30.0;
 const DEFAULT_SMOOTHNESS: [f64; 3] = [0.001; 3];
@@ -217,32 +261,32 @@ impl MotionKeys {
     }
 
     pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let keys: Vec<&'static str> = OWN_KEYS.into_iter().chain(rate_limits::KEYS).collect();
-        table.only(&keys)?;
+        table.only(&[&KEYS[..], &rate_limits::KEYS].concat())?;
         let mut motion = Self::new(LengthKeys::read(table)?);
-        if let Some(value) = table.get("smoothness") {
-            motion.smoothness = value.numbers("three weights, of speed, acceleration and jerk")?;
+        if let Some(value) = table.get(&SMOOTHNESS) {
+            motion.smoothness = value.numbers()?;
         }
-        if let Some(value) = table.get("even_spacing") {
+        if let Some(value) = table.get(&EVEN_SPACING) {
             motion.even_spacing = value.number()?;
         }
-        for (key, truth) in [
-            ("start_at_rest", &mut motion.start_at_rest),
-            ("end_at_rest", &mut motion.end_at_rest),
-            ("fixed_start", &mut motion.fixed_start),
-            ("free_duration", &mut motion.free_duration),
-        ] {
+        let truths = [
+            &mut motion.start_at_rest,
+            &mut motion.end_at_rest,
+            &mut motion.fixed_start,
+            &mut motion.free_duration,
+        ];
+        for (key, truth) in TRUTHS.iter().zip(truths) {
             if let Some(value) = table.get(key) {
                 *truth = value.truth()?;
             }
         }
         motion.rates = RateKeys::read(table)?;
-        for value in table.table("limits")?.iter().flat_map(Table::entries) {
+        for value in table.table(&LIMITS)?.iter().flat_map(|limits| limits.entries(TABLE)) {
             let table = value.table()?;
             table.only(&rate_limits::KEYS)?;
             motion.limits.push((value.key.clone(), RateKeys::read(&table)?));
         }
-        motion.end = table.get("end").map(|end| GivenPose::read(&end)).transpose()?;
+        motion.end = table.get(&END).map(|end| GivenPose::read(&end)).transpose()?;
         Ok(motion)
     }
 
@@ -262,7 +306,7 @@ impl MotionKeys {
             return Err(at.key("smoothness").error(kind));
         }
         let at_spacing = at.key("even_spacing");
-        number_that(self.even_spacing, &at_spacing, |w| w >= 0.0, "a weight of at least 0")?;
+        number_that(self.even_spacing, &at_spacing, |w| w >= 0.0, EVEN_SPACING.takes)?;
         let end = match &self.end {
             Some(end) => Some(end.pose(start, ScenarioPose::End, folder, axes, &at.key("end"), warnings)?),
             None => None,
@@ -295,16 +339,14 @@ impl MotionKeys {
 
 impl LengthKeys {
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        match (table.get("duration_secs"), table.get("rate"), table.get("points")) {
+        match (table.get(&DURATION_SECS), table.get(&RATE), table.get(&POINTS)) {
             (Some(duration), rate, None) => Ok(Self::Seconds {
                 duration_secs: duration.number()?,
                 rate: rate.map_or(Ok(DEFAULT_RATE_HZ), |rate| rate.number())?,
             }),
-            (None, None, Some(points)) => Ok(Self::Points {
-                points: points.count("how many points lie between the first and the last")?,
-            }),
+            (None, None, Some(points)) => Ok(Self::Points { points: points.count()? }),
             _ => Err(table.alternatives(
-                &["duration_secs", "rate", "points"],
+                &[DURATION_SECS, RATE, POINTS],
                 "'duration_secs' (with 'rate' in samples a second, 30 by default) or 'points'",
             )),
         }
@@ -316,8 +358,7 @@ impl LengthKeys {
         };
         match self {
             Self::Seconds { duration_secs, rate } => {
-                let expected = "a number of samples a second above 0";
-                number_that(rate, &at.key("rate"), |n| n > 0.0, expected)?;
+                number_that(rate, &at.key("rate"), |n| n > 0.0, RATE.takes)?;
                 Timeline::seconds(duration_secs, rate).map_err(|e| wrong("duration_secs", e))
             }
             Self::Points { points } => Timeline::points(points as usize).map_err(|e| wrong("points", e)),

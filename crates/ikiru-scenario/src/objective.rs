@@ -6,7 +6,8 @@ use serde::{Serialize, Serializer};
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
-use crate::keys::is_false;
+use crate::key::{self, Key};
+use crate::keys::{TOLERANCE, TOLERANCE_DEG, is_false};
 use crate::kinds::Kind;
 use crate::scene::Scene;
 use crate::table::{Table, Value};
@@ -18,14 +19,40 @@ use crate::values::number_that;
 pub(crate) const DEFAULT_WEIGHT: f64 = 1.0;
 
 /// The keys of a kind that are read for every kind, since they belong to its term.
-const TOLERANCES: [&str; 2] = ["tolerance", "tolerance_deg"];
-/// The keys of every objective.
-const COMMON: [&str; 5] = ["weight", "loss", "mandatory", "hard", "level"];
+const TOLERANCES: [Key; 2] = [TOLERANCE, TOLERANCE_DEG];
+const KIND: Key =
+    Key::new("kind", "one of the objectives' kinds, such as 'position'", "What it wants: the kinds below.");
+const WEIGHT: Key = Key::new(
+    "weight",
+    "a number of at least 0",
+    "What the objective's cost counts for. With 1, a millimetre off costs 1e-6 and a degree 3.0e-4.",
+)
+.or_as("1; in a motion what meets the target");
+const LOSS: Key = Key::new(
+    "loss",
+    "'squared', 'norm' or { huber = width }",
+    "What a residual costs: its square, its length, or a square up to the width and linear beyond.",
+)
+.or("\"squared\"");
+const MANDATORY: Key = Key::new("mandatory", "true or false", "Whether success asks for it.")
+    .or_as("true, unless the kind says otherwise");
+const HARD: Key =
+    Key::new("hard", "true or false", "Whether it is a constraint rather than a wish.").or("false");
+const LEVEL: Key = Key::new(
+    "level",
+    "a whole number of at least 1",
+    "Its rank among wishes. Levels beyond 1 are refused for now.",
+)
+.or("1");
+const HUBER: Key = Key::new(
+    "huber",
+    "the width where the loss turns from square to linear",
+    "Where the loss turns from square to linear, above 0.",
+);
+/// The keys of every objective, whatever its kind.
+pub(crate) const COMMON: [Key; 6] = [KIND, WEIGHT, LOSS, MANDATORY, HARD, LEVEL];
 /// The level of an objective that has none of its own.
 const FIRST_LEVEL: u32 = 1;
-
-/// What errors expect of `level`.
-const LEVEL: &str = "a whole number of at least 1";
 
 /// One `[[objective]]` of a scenario, as the text has it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -124,23 +151,20 @@ impl ObjectiveEntry {
     }
 
     pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
-        const KIND: &str = "one of the objectives' kinds, such as 'position'";
-        let name = table.require("kind", KIND)?.word("kind", Kind::NAMES)?;
-        let mut allowed = vec!["kind"];
-        allowed.extend(Kind::keys_of(name));
-        allowed.extend(COMMON);
-        allowed.extend(Times::KEYS);
+        let name = table.require(&KIND)?.word(KIND.name, Kind::NAMES)?;
+        let [kind, common @ ..] = COMMON;
+        let allowed = [&[kind], Kind::keys_of(name), &common, &Times::KEYS];
         // Which keys there are differs by kind.
-        table.only(&allowed).map_err(|error| error.with_place_suffix(&format!(" ({name})")))?;
-        let number = |key: &str| table.get(key).map(|value| value.number()).transpose();
+        table.only(&allowed.concat()).map_err(|error| error.with_place_suffix(&format!(" ({name})")))?;
+        let number = |key: Key| table.get(&key).map(|value| value.number()).transpose();
         let [tolerance, tolerance_deg] = TOLERANCES.map(number);
         Ok(Self {
-            kind: Kind::read(name, table)?.ok_or_else(|| table.lacks("kind", KIND))?,
-            weight: number("weight")?,
-            loss: table.get("loss").map_or(Ok(Loss::Squared), |value| read_loss(&value))?,
-            mandatory: table.get("mandatory").map(|value| value.truth()).transpose()?,
-            hard: table.get("hard").map_or(Ok(false), |value| value.truth())?,
-            level: table.get("level").map_or(Ok(FIRST_LEVEL), |value| value.count(LEVEL))?,
+            kind: Kind::read(name, table)?.ok_or_else(|| table.lacks(&KIND))?,
+            weight: number(WEIGHT)?,
+            loss: table.get(&LOSS).map_or(Ok(Loss::Squared), |value| read_loss(&value))?,
+            mandatory: table.get(&MANDATORY).map(|value| value.truth()).transpose()?,
+            hard: table.get(&HARD).map_or(Ok(false), |value| value.truth())?,
+            level: table.get(&LEVEL).map_or(Ok(FIRST_LEVEL), |value| value.count())?,
             tolerance: tolerance?,
             tolerance_deg: tolerance_deg?,
             times: Times::read_if_there(table)?,
@@ -178,14 +202,14 @@ impl ObjectiveEntry {
     }
 
     fn weight(&self, at: &At<'_>) -> Result<Option<f64>, Error> {
-        let fits = |weight| number_that(weight, &at.key("weight"), |w| w >= 0.0, "a number of at least 0");
+        let fits = |weight| number_that(weight, &at.key(WEIGHT.name), |w| w >= 0.0, WEIGHT.takes);
         self.weight.map(fits).transpose()
     }
 
     /// What the solver cannot do yet is refused, rather than read and left out.
     fn check_rank(&self, at: &At<'_>) -> Result<(), Error> {
         let at_level = at.key("level");
-        number_that(f64::from(self.level), &at_level, |level| level >= 1.0, LEVEL)?;
+        number_that(f64::from(self.level), &at_level, |level| level >= 1.0, LEVEL.takes)?;
         if self.level > FIRST_LEVEL {
             let (what, expected) = ("levels beyond 1 are", "'level' to be 1, or left out");
             return Err(at_level.error(ErrorKind::NotYet { what, expected }));
@@ -195,29 +219,28 @@ impl ObjectiveEntry {
 
     fn checked_loss(&self, at: &At<'_>) -> Result<Loss, Error> {
         if let Loss::Huber { width } = self.loss {
-            number_that(width, &at.key("loss").key("huber"), |w| w > 0.0, "a number above 0")?;
+            number_that(width, &at.key(LOSS.name).key(HUBER.name), |w| w > 0.0, "a number above 0")?;
         }
         Ok(self.loss)
     }
 
     fn tolerance(&self, at: &At<'_>) -> Result<Tolerance, Error> {
-        let allowed = Kind::keys_of(self.kind.name());
-        let given = |found: Option<f64>, key: &'static str, expected: &'static str| {
+        let expected = key::names(Kind::keys_of(self.kind.name()));
+        let given = |found: Option<f64>, key: Key| {
             let Some(found) = found else { return Ok(None) };
-            let at_key = at.key(key);
-            if allowed.contains(&key) {
-                return number_that(found, &at_key, |n| n >= 0.0, expected).map(Some);
+            let at_key = at.key(key.name);
+            if expected.contains(&key.name) {
+                return number_that(found, &at_key, |n| n >= 0.0, key.takes).map(Some);
             }
             let place = format!("{} ({})", at.place(), self.kind.name());
-            let unknown = ikiru_rig::unknown_name(key, allowed.iter().copied());
-            Err(at_key.key_error(ErrorKind::UnknownKey { place, unknown, expected: allowed.to_vec() }))
+            let unknown = ikiru_rig::unknown_name(key.name, expected.iter().copied());
+            Err(at_key.key_error(ErrorKind::UnknownKey { place, unknown, expected: expected.clone() }))
         };
         let [metres, degrees] = TOLERANCES;
         let default = if self.hard { Tolerance::HARD } else { Tolerance::default() };
         Ok(Tolerance {
-            metres: given(self.tolerance, metres, "metres, at least 0")?.unwrap_or(default.metres),
-            radians: given(self.tolerance_deg, degrees, "degrees, at least 0")?
-                .map_or(default.radians, f64::to_radians),
+            metres: given(self.tolerance, metres)?.unwrap_or(default.metres),
+            radians: given(self.tolerance_deg, degrees)?.map_or(default.radians, f64::to_radians),
         })
     }
 }
@@ -225,11 +248,11 @@ impl ObjectiveEntry {
 fn read_loss(value: &Value<'_>) -> Result<Loss, Error> {
     if value.is_table() {
         let table = value.table()?;
-        table.only(&["huber"])?;
-        let width = table.require("huber", "the width where the loss turns from square to linear")?;
+        table.only(&[HUBER])?;
+        let width = table.require(&HUBER)?;
         return Ok(Loss::Huber { width: width.number()? });
     }
-    if value.text("'squared', 'norm' or { huber = width }")? == "huber" {
+    if value.text()? == "huber" {
         let expected = "a table with the width where the loss turns from square to linear, { huber = 0.1 }";
         return Err(value.error(ErrorKind::Type { key: "loss".to_owned(), found: "a string", expected }));
     }

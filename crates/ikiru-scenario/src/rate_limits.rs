@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
+use crate::key::Key;
 use crate::table::Table;
 use crate::values::{joint_of_key, name_of, number_that, with_article};
 
@@ -26,7 +27,12 @@ pub struct RateKeys {
 }
 
 /// The keys, and below what each limits.
-pub(crate) const KEYS: [&str; 4] = ["max_speed_deg", "max_acceleration_deg", "max_speed", "max_acceleration"];
+pub(crate) const KEYS: [Key; 4] = [
+    Key::new("max_speed_deg", "degrees a second, above 0", "Of what turns.").or_as("no limit"),
+    Key::new("max_acceleration_deg", "degrees a second², above 0", "Of what turns.").or_as("no limit"),
+    Key::new("max_speed", "metres a second, above 0", "Of what slides.").or_as("no limit"),
+    Key::new("max_acceleration", "metres a second², above 0", "Of what slides.").or_as("no limit"),
+];
 const LIMITED: [(RatePart, Rate); 4] = [
     (RatePart::Rotation, Rate::Speed),
     (RatePart::Rotation, Rate::Acceleration),
@@ -36,7 +42,7 @@ const LIMITED: [(RatePart, Rate); 4] = [
 
 impl RateKeys {
     pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let number = |key: &str| table.get(key).map(|value| value.number()).transpose();
+        let number = |key: Key| table.get(&key).map(|value| value.number()).transpose();
         let [speed_deg, acceleration_deg, speed, acceleration] = KEYS.map(number);
         Ok(Self {
             max_speed_deg: speed_deg?,
@@ -48,18 +54,13 @@ impl RateKeys {
 
     /// In the order of the keys, in radians and metres. `at` is the table that has them.
     fn limits(&self, at: &At<'_>) -> Result<[Option<f64>; 4], Error> {
-        const EXPECTED: [&str; 4] = [
-            "degrees a second, above 0",
-            "degrees a second², above 0",
-            "metres a second, above 0",
-            "metres a second², above 0",
-        ];
         let mut limits =
             [self.max_speed_deg, self.max_acceleration_deg, self.max_speed, self.max_acceleration];
         for (idx, limit) in limits.iter_mut().enumerate() {
             if let Some(most) = limit {
                 // What is too small to stay above 0 in radians is none either.
-                number_that(*most, &at.key(KEYS[idx]), |n| n > 1e-300, EXPECTED[idx])?;
+                let Key { name, takes, .. } = KEYS[idx];
+                number_that(*most, &at.key(name), |n| n > 1e-300, takes)?;
                 let (part, _) = LIMITED[idx];
                 *limit = Some(if part == RatePart::Rotation { most.to_radians() } else { *most });
             }
@@ -100,21 +101,21 @@ pub(crate) fn rate_limits(
         for (idx, (part, _)) in LIMITED.iter().enumerate() {
             if limits[idx].is_some() && !part.is_of(rig, joint) {
                 let motion = rig.get(joint).map(|j| with_article(&j.motion)).unwrap_or_default();
-                let reason = format!("is {motion} and has no speed that '{}' could limit", KEYS[idx]);
-                return Err(unfit(&at.key(KEYS[idx]), reason));
+                let reason = format!("is {motion} and has no speed that '{}' could limit", KEYS[idx].name);
+                return Err(unfit(&at.key(KEYS[idx].name), reason));
             }
         }
         own.push((joint, name, limits));
     }
     for (idx, (part, _)) in LIMITED.iter().enumerate() {
         if of_all[idx].is_some() && !active.iter().any(|j| part.is_of(rig, *j)) {
-            let (place, found) = ("[motion]".to_owned(), format!("'{}'", KEYS[idx]));
+            let (place, found) = ("[motion]".to_owned(), format!("'{}'", KEYS[idx].name));
             let expected = if *part == RatePart::Rotation {
                 "an active joint that turns, or limits in metres, 'max_speed' and 'max_acceleration'"
             } else {
                 "an active joint that slides, or limits in degrees, 'max_speed_deg' and 'max_acceleration_deg'"
             };
-            return Err(at.key(KEYS[idx]).key_error(ErrorKind::Alternatives { place, found, expected }));
+            return Err(at.key(KEYS[idx].name).key_error(ErrorKind::Alternatives { place, found, expected }));
         }
     }
     let mut limits = Vec::new();

@@ -10,7 +10,7 @@ use serde_json::{Value as Json, json};
 
 use crate::at::{At, Source};
 use crate::axes::Axes;
-use crate::document::{Document, RootKey, TargetAxes, read_text};
+use crate::document::{Document, RootKey, SCALE, TargetAxes, read_text};
 use crate::error::{Error, ErrorKind};
 use crate::kinds::Aim;
 use crate::limits::limited;
@@ -348,7 +348,7 @@ fn read_rig(document: &Document, folder: &Path, root: &At<'_>) -> Result<Loaded,
     let rig = &document.rig;
     let path = if rig.starts_with("builtin:") { Path::new(rig).to_owned() } else { folder.join(rig) };
     let (scale, at) = (document.scale, root.key("scale"));
-    number_that(scale, &at, |n| n > 0.0, "a number above 0")?;
+    number_that(scale, &at, |n| n > 0.0, SCALE.takes)?;
     if scale != 1.0 && !ikiru_formats::lacks_unit(&path) {
         return Err(at.error(ErrorKind::Scale(scale)));
     }

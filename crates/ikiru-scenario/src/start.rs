@@ -11,6 +11,7 @@ use serde::{Serialize, Serializer};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
+use crate::key::Key;
 use crate::keys::JointKeys;
 use crate::scene::twice;
 use crate::table::Value;
@@ -31,7 +32,13 @@ pub enum GivenPose {
     },
 }
 
-const TRANSLATION: &str = "root_translation";
+/// The key of a given pose that is no joint's name.
+pub(crate) const TRANSLATION: Key = Key::new(
+    "root_translation",
+    "a way in metres, [x, y, z]",
+    "How far the floating root is from where it is at rest, along the axes of `world`; with `root = \"free\"`.",
+)
+.or("[0, 0, 0]");
 
 impl Serialize for GivenPose {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -40,7 +47,7 @@ impl Serialize for GivenPose {
             Self::Joints { root_translation, joints } => {
                 let mut map = serializer.serialize_map(None)?;
                 if let Some(way) = root_translation {
-                    map.serialize_entry(TRANSLATION, way)?;
+                    map.serialize_entry(TRANSLATION.name, way)?;
                 }
                 for (name, keys) in joints {
                     map.serialize_entry(name, keys)?;
@@ -54,15 +61,16 @@ impl Serialize for GivenPose {
 impl GivenPose {
     pub(crate) fn read(value: &Value<'_>) -> Result<Self, Error> {
         if value.is_text() {
-            return Ok(Self::File(value.text("the path of a pose's .json file")?.to_owned()));
+            return Ok(Self::File(value.text()?.to_owned()));
         }
         let (mut root_translation, mut joints) = (None, Vec::new());
-        for value in value.table()?.entries() {
+        let table = value.table()?;
+        for value in table.entries(JointKeys::TAKES) {
             // A joint of that name has a table, as all have.
-            if value.key == TRANSLATION && !value.is_table() {
-                root_translation = Some(value.vector()?);
-            } else {
-                joints.push((value.key.clone(), JointKeys::read(&value)?));
+            let is_way = value.key == TRANSLATION.name && !value.is_table();
+            match table.get(&TRANSLATION).filter(|_| is_way) {
+                Some(way) => root_translation = Some(way.numbers()?),
+                None => joints.push((value.key.clone(), JointKeys::read(&value)?)),
             }
         }
         Ok(Self::Joints { root_translation, joints })
@@ -89,7 +97,7 @@ impl GivenPose {
                 if let Some(way) = root_translation {
                     let way = axes.vector(DVec3::from_array(*way));
                     let set = pose.set_root_translation(way);
-                    set.map_err(|_| does_not_float(base.rig(), &at.key(TRANSLATION)))?;
+                    set.map_err(|_| does_not_float(base.rig(), &at.key(TRANSLATION.name)))?;
                 }
                 let named = turn_joints(&mut pose, joints, at)?;
                 let of = |joint: JointId| if named.contains(&joint) { which } else { ScenarioPose::Rest };

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::at::At;
 use crate::error::Error;
+use crate::key::Key;
 use crate::table::Table;
 use crate::values::number_that;
 
@@ -27,20 +28,40 @@ pub struct StopKeys {
     pub max_time_ms: Option<f64>,
 }
 
-const KEYS: [&str; 4] = ["cost_below", "max_iterations", "max_restarts", "max_time_ms"];
-const ITERATIONS: &str = "a whole number of at least 1";
+const COST_BELOW: Key = Key::new(
+    "cost_below",
+    "a number above 0",
+    "Success is a cost below this, in the place of every objective within its tolerance.",
+)
+.or_as("tolerances decide");
+const MAX_ITERATIONS: Key =
+    Key::new("max_iterations", "a whole number of at least 1", "How many steps a start may take.").or("500");
+const MAX_RESTARTS: Key = Key::new(
+    "max_restarts",
+    "a whole number of at least 0",
+    "How many other starts a search may take; 0 improves the given start alone, as frame by frame.",
+)
+.or("64");
+const MAX_TIME_MS: Key = Key::new(
+    "max_time_ms",
+    "milliseconds, above 0 and at most a day",
+    "When to stop with the best that was found.",
+)
+.or_as("no limit");
+/// The keys of `[stop]`.
+pub(crate) const KEYS: [Key; 4] = [COST_BELOW, MAX_ITERATIONS, MAX_RESTARTS, MAX_TIME_MS];
 const DEFAULT_RESTARTS: usize = 64;
 
 impl StopKeys {
     pub(crate) fn read(table: &Table<'_>) -> Result<Self, Error> {
         table.only(&KEYS)?;
-        let number = |key: &str| table.get(key).map(|value| value.number()).transpose();
-        let count = |key, expected| table.get(key).map(|value| value.count(expected)).transpose();
+        let number = |key| table.get(key).map(|value| value.number()).transpose();
+        let count = |key| table.get(key).map(|value| value.count()).transpose();
         Ok(Self {
-            cost_below: number("cost_below")?,
-            max_iterations: count("max_iterations", ITERATIONS)?,
-            max_restarts: count("max_restarts", "a whole number of at least 0")?,
-            max_time_ms: number("max_time_ms")?,
+            cost_below: number(&COST_BELOW)?,
+            max_iterations: count(&MAX_ITERATIONS)?,
+            max_restarts: count(&MAX_RESTARTS)?,
+            max_time_ms: number(&MAX_TIME_MS)?,
         })
     }
 
@@ -52,11 +73,12 @@ impl StopKeys {
             ..SolverOptions::default()
         };
         if let Some(cost) = self.cost_below {
-            number_that(cost, &at.key("cost_below"), |n| n > 0.0, "a number above 0")?;
+            number_that(cost, &at.key(COST_BELOW.name), |n| n > 0.0, COST_BELOW.takes)?;
             options.cost_below = Some(cost);
         }
         if let Some(most) = self.max_iterations {
-            number_that(f64::from(most), &at.key("max_iterations"), |n| n >= 1.0, ITERATIONS)?;
+            let at = at.key(MAX_ITERATIONS.name);
+            number_that(f64::from(most), &at, |n| n >= 1.0, MAX_ITERATIONS.takes)?;
             options.max_iterations = most as usize;
         }
         if let Some(most) = self.max_restarts {
@@ -65,8 +87,7 @@ impl StopKeys {
         }
         if let Some(ms) = self.max_time_ms {
             const DAY_MS: f64 = 86_400_000.0;
-            let expected = "milliseconds, above 0 and at most a day";
-            number_that(ms, &at.key("max_time_ms"), |n| n > 0.0 && n <= DAY_MS, expected)?;
+            number_that(ms, &at.key(MAX_TIME_MS.name), |n| n > 0.0 && n <= DAY_MS, MAX_TIME_MS.takes)?;
             options.max_time = Some(Duration::from_secs_f64(ms / 1000.0));
         }
         Ok(options)

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
+use crate::key::Key;
 use crate::scene::needs_motion;
 use crate::table::Table;
 
@@ -27,11 +28,16 @@ pub enum Times {
 }
 
 impl Times {
-    pub(crate) const KEYS: [&'static str; 3] = ["at", "from", "to"];
+    pub(crate) const KEYS: [Key; 3] = [
+        Key::new("at", "seconds", "The sample nearest to this time.")
+            .or_as("the path's span, else the last sample"),
+        Key::new("from", "seconds", "Every sample from here …").or_as("the same"),
+        Key::new("to", "seconds", "… to here.").or_as("the same"),
+    ];
 
     /// What is there of them.
     pub(crate) fn read_if_there(table: &Table<'_>) -> Result<Option<Self>, Error> {
-        match Self::KEYS.map(|key| table.get(key)) {
+        match Self::KEYS.map(|key| table.get(&key)) {
             [None, None, None] => Ok(None),
             [Some(at), None, None] => Ok(Some(Self::At { at: at.number()? })),
             [None, Some(from), Some(to)] => Ok(Some(Self::Span { from: from.number()?, to: to.number()? })),

@@ -9,7 +9,8 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
-use crate::keys::{as_table, is_plain_zero, is_zero};
+use crate::key::Key;
+use crate::keys::{TARGET, TOLERANCE, as_table, is_plain_zero, is_zero};
 use crate::kinds::{Aim, Built, KindKeys, vector_text};
 use crate::scene::{Scene, none_of_them, twice};
 use crate::table::{Table, Value};
@@ -57,14 +58,43 @@ pub struct MassKeys {
     pub center: [f64; 3],
 }
 
+const PLACE: [Key; 3] = [
+    TARGET.one_of(),
+    Key::new(
+        "inside",
+        "points of the ground, [[x, z], …]",
+        "At least three, metres, not on one line: the area is their convex hull. With `world = \"file\"` and z up they are `[x, y]`.",
+    )
+    .one_of(),
+    Key::new("margin", "metres, at least 0", "How far inside the area, beside `inside`.").or("0"),
+];
+const MASSES: Key = Key::new(
+    "masses",
+    "a table of masses of joints, { NAME = { kg = 1.0, center = [x, y, z] } }",
+    "What counts, at least one, by joint.",
+)
+.or_as("a URDF's own, else an error");
+const MASS_KEYS: [Key; 2] = [
+    Key::new("kg", "kilograms, above 0", "How heavy it is."),
+    Key::new("center", "a point in the joint's frame in metres, [x, y, z]", "Where its centre is.")
+        .or("[0, 0, 0]"),
+];
+
 impl KindKeys for CenterOfMassKeys {
     const NAME: &'static str = "center_of_mass";
-    const KEYS: &'static [&'static str] = &["target", "inside", "margin", "masses", "tolerance"];
+    const ABOUT: &'static str = "The body's centre of mass at a point, or over an area of the ground: a body that does not fall over.";
+    const KEYS: &'static [Key] = &[PLACE[0], PLACE[1], PLACE[2], MASSES, TOLERANCE];
+    const INNER: &'static [(&'static str, &'static [Key])] = &[("each of `masses`", &MASS_KEYS)];
+    const EXAMPLE: &'static str = "\
+kind = \"center_of_mass\"
+inside = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.15], [-0.1, 0.15]]
+masses = { hips = { kg = 30 }, chest = { kg = 30, center = [0, 0.1, 0] } }
+";
     type Objective = CenterOfMass;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let masses = table.get("masses").map(|masses| -> Result<_, Error> {
-            let masses = masses.table()?.entries();
+        let masses = table.get(&MASSES).map(|masses| -> Result<_, Error> {
+            let masses = masses.table()?.entries("a table, { kg = 1.0, center = [x, y, z] }");
             masses.iter().map(|mass| Ok((mass.key.clone(), MassKeys::read(mass)?))).collect()
         });
         Ok(Self { place: CenterKeys::read(table)?, masses: masses.transpose()? })
@@ -75,8 +105,7 @@ impl KindKeys for CenterOfMassKeys {
         let objective = match &self.place {
             CenterKeys::At { target } => CenterOfMass::at(&segments, DVec3::from_array(*target)),
             CenterKeys::Over { inside, margin } => {
-                let margin =
-                    number_that(*margin, &at.key("margin"), |margin| margin >= 0.0, "metres, at least 0")?;
+                let margin = number_that(*margin, &at.key("margin"), |margin| margin >= 0.0, PLACE[2].takes)?;
                 let [first, second] = ground(scene.up);
                 let points: Vec<DVec3> = inside.iter().map(|[a, b]| first * *a + second * *b).collect();
                 CenterOfMass::over(&segments, &points, scene.up, margin)
@@ -143,7 +172,7 @@ impl CenterOfMassKeys {
             if segments.iter().any(|other| other.joint == joint) {
                 return Err(at_name.key_error(twice(scene.rig, joint, name, at.place())));
             }
-            let kg = number_that(*kg, &at_name.key("kg"), |kg| kg > 0.0, "kilograms, above 0")?;
+            let kg = number_that(*kg, &at_name.key("kg"), |kg| kg > 0.0, MASS_KEYS[0].takes)?;
             segments.push(Segment { joint, kg, center: DVec3::from_array(*center) });
         }
         if segments.is_empty() { Err(none_of_them(&at)) } else { Ok(segments) }
@@ -152,19 +181,17 @@ impl CenterOfMassKeys {
 
 impl CenterKeys {
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        const POINTS: &str = "points of the ground, [[x, z], …]";
-        let keys = ["target", "inside", "margin"];
-        match keys.map(|key| table.get(key)) {
-            [Some(target), None, None] => Ok(Self::At { target: target.vector()? }),
+        match PLACE.map(|key| table.get(&key)) {
+            [Some(target), None, None] => Ok(Self::At { target: target.numbers()? }),
             [None, Some(inside), margin] => {
-                let inside = inside.list(POINTS)?;
-                let inside = inside.iter().map(|point| point.numbers("a point of the ground, [x, z]"));
+                let inside = inside.list("a point of the ground, [x, z]")?;
+                let inside = inside.iter().map(Value::numbers);
                 let margin = margin.map_or(Ok(0.0), |margin| margin.number())?;
                 Ok(Self::Over { inside: inside.collect::<Result<_, _>>()?, margin })
             }
             _ => {
                 let expected = "either 'target' (a point of the world) or 'inside' (points of the ground), with a 'margin' or without";
-                Err(table.alternatives(&keys, expected))
+                Err(table.alternatives(&PLACE, expected))
             }
         }
     }
@@ -173,10 +200,11 @@ impl CenterKeys {
 impl MassKeys {
     fn read(value: &Value<'_>) -> Result<Self, Error> {
         let table = value.table()?;
-        table.only(&["kg", "center"])?;
+        table.only(&MASS_KEYS)?;
+        let [kg, center] = &MASS_KEYS;
         Ok(Self {
-            kg: table.require("kg", "the mass in kilograms")?.number()?,
-            center: table.get("center").map_or(Ok([0.0; 3]), |center| center.vector())?,
+            kg: table.require(kg)?.number()?,
+            center: table.get(center).map_or(Ok([0.0; 3]), |center| center.numbers())?,
         })
     }
 }

@@ -10,7 +10,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
-use crate::kinds::{Aim, Built, JOINT, KindKeys};
+use crate::key::Key;
+use crate::keys::{JOINT, TOLERANCE, TOLERANCE_DEG};
+use crate::kinds::{Aim, Built, KindKeys};
 use crate::scene::Scene;
 use crate::table::{Table, Value};
 use crate::values::{degrees, direction};
@@ -50,35 +52,69 @@ pub enum SumKeys {
 /// What a key says with a number.
 type Says = fn(f64) -> SumKeys;
 
-/// The keys of a sum, and what each of them says.
-const SUMS: [(&str, Says); 6] = [
-    ("exactly_deg", |sum| SumKeys::Degrees(Bound::Exactly(sum))),
-    ("at_least_deg", |sum| SumKeys::Degrees(Bound::AtLeast(sum))),
-    ("at_most_deg", |sum| SumKeys::Degrees(Bound::AtMost(sum))),
-    ("exactly", |sum| SumKeys::Metres(Bound::Exactly(sum))),
-    ("at_least", |sum| SumKeys::Metres(Bound::AtLeast(sum))),
-    ("at_most", |sum| SumKeys::Metres(Bound::AtMost(sum))),
+const ANGLES: Key = Key::new(
+    "angles",
+    "angles of joints, [{ joint = NAME, axis = [x, y, z], factor = 1.0 }, …]",
+    "At least one; all of them angles, or all offsets of sliders.",
+);
+const ANGLE_KEYS: [Key; 3] = [
+    JOINT.meaning("Whose angle it is."),
+    Key::new(
+        "axis",
+        "a direction, [x, y, z]",
+        "Which angle: x, y or z of an Euler joint; of a ball its swing about a direction in the frame of the joint's parent.",
+    )
+    .or_as("the only one, of a hinge or slider"),
+    Key::new("factor", "what the angle is multiplied by", "What it counts for."),
+];
+const SUM_KEYS: [Key; 6] = [
+    Key::new("exactly_deg", "degrees", "What the sum should be.").one_of(),
+    Key::new("at_least_deg", "degrees", "The same as a lower bound.").one_of(),
+    Key::new("at_most_deg", "degrees", "The same as an upper bound.").one_of(),
+    Key::new("exactly", "metres", "What a sum of sliders' offsets should be.").one_of(),
+    Key::new("at_least", "metres", "The same as a lower bound.").one_of(),
+    Key::new("at_most", "metres", "The same as an upper bound.").one_of(),
+];
+/// What each of them says.
+const SUMS: [Says; 6] = [
+    |sum| SumKeys::Degrees(Bound::Exactly(sum)),
+    |sum| SumKeys::Degrees(Bound::AtLeast(sum)),
+    |sum| SumKeys::Degrees(Bound::AtMost(sum)),
+    |sum| SumKeys::Metres(Bound::Exactly(sum)),
+    |sum| SumKeys::Metres(Bound::AtLeast(sum)),
+    |sum| SumKeys::Metres(Bound::AtMost(sum)),
 ];
 
 impl KindKeys for CouplingKeys {
     const NAME: &'static str = "coupling";
-    const KEYS: &'static [&'static str] = &[
-        "angles",
-        "exactly_deg",
-        "at_least_deg",
-        "at_most_deg",
-        "exactly",
-        "at_least",
-        "at_most",
-        "tolerance",
-        "tolerance_deg",
+    const ABOUT: &'static str = "A sum of joint angles, each times its factor: how a knee follows a hip, how far thumb and finger bend together. Of sliders it is a \
+                                 sum of offsets.";
+    const KEYS: &'static [Key] = &[
+        ANGLES,
+        SUM_KEYS[0],
+        SUM_KEYS[1],
+        SUM_KEYS[2],
+        SUM_KEYS[3],
+        SUM_KEYS[4],
+        SUM_KEYS[5],
+        TOLERANCE.meaning("Of sliders: how near is near enough."),
+        TOLERANCE_DEG,
     ];
+    const INNER: &'static [(&'static str, &'static [Key])] = &[("each of `angles`", &ANGLE_KEYS)];
+    const EXAMPLE: &'static str = "\
+kind = \"coupling\"
+angles = [
+   { joint = \"leftUpperLeg\", axis = [1, 0, 0], factor = 1 },
+   { joint = \"leftLowerLeg\", axis = [1, 0, 0], factor = -0.4 },
+]
+at_most_deg = 90
+";
     const CONSTRAINT: &'static str = "coupling";
     type Objective = Coupling;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        const ANGLES: &str = "angles of joints, [{ joint = NAME, axis = [x, y, z], factor = 1.0 }, …]";
-        let angles = table.require("angles", ANGLES)?.list(ANGLES)?;
+        let angles =
+            table.require(&ANGLES)?.list("a table, { joint = NAME, axis = [x, y, z], factor = 1.0 }")?;
         let angles = angles.iter().map(AngleKeys::read).collect::<Result<_, _>>()?;
         Ok(Self { angles, sum: SumKeys::read(table)? })
     }
@@ -139,24 +175,25 @@ impl KindKeys for CouplingKeys {
 impl AngleKeys {
     fn read(value: &Value<'_>) -> Result<Self, Error> {
         let table = value.table()?;
-        table.only(&["joint", "axis", "factor"])?;
+        table.only(&ANGLE_KEYS)?;
+        let [joint, axis, factor] = &ANGLE_KEYS;
         Ok(Self {
-            joint: table.require("joint", JOINT)?.name()?,
-            axis: table.get("axis").map(|axis| axis.vector()).transpose()?,
-            factor: table.require("factor", "what the angle is multiplied by")?.number()?,
+            joint: table.require(joint)?.name()?,
+            axis: table.get(axis).map(|axis| axis.numbers()).transpose()?,
+            factor: table.require(factor)?.number()?,
         })
     }
 }
 
 impl SumKeys {
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let mut given = SUMS.into_iter().filter_map(|(key, says)| Some((table.get(key)?, says)));
+        let mut given = SUM_KEYS.iter().zip(SUMS).filter_map(|(key, says)| Some((table.get(key)?, says)));
         if let (Some((value, says)), None) = (given.next(), given.next()) {
             return Ok(says(value.number()?));
         }
         let expected = "one of 'at_most_deg', 'at_least_deg' or 'exactly_deg'; \
                         of a sum of sliders 'at_most', 'at_least' or 'exactly' (metres)";
-        Err(table.alternatives(&SUMS.map(|(key, _)| key), expected))
+        Err(table.alternatives(&SUM_KEYS, expected))
     }
 
     /// What a coupling's sum should be, as the text would have it.
@@ -193,7 +230,7 @@ impl SumKeys {
             Self::Degrees(bound) => Self::Degrees(converted(bound, |_| 0.0)),
             Self::Metres(bound) => Self::Metres(converted(bound, |_| 0.0)),
         };
-        SUMS.iter().find(|(_, says)| says(0.0) == without_number).map_or("", |(key, _)| key)
+        SUMS.iter().position(|says| says(0.0) == without_number).map_or("", |idx| SUM_KEYS[idx].name)
     }
 }
 

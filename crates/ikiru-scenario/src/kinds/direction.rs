@@ -8,7 +8,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::kinds::{AXIS, Aim, Built, JOINT, KindKeys, vector_text};
+use crate::key::Key;
+use crate::keys::{AXIS, JOINT, TOLERANCE_DEG};
+use crate::kinds::{Aim, Built, KindKeys, vector_text};
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::values::direction;
@@ -24,16 +26,27 @@ pub struct DirectionKeys {
     pub target: [f64; 3],
 }
 
+const DIRECTION: Key =
+    Key::new("target", "a direction of the world, [x, y, z]", "Where it should point; of any length but 0.");
+
 impl KindKeys for DirectionKeys {
     const NAME: &'static str = "direction";
-    const KEYS: &'static [&'static str] = &["joint", "axis", "target", "tolerance_deg"];
+    const ABOUT: &'static str =
+        "An axis of a joint along a direction of the world: a palm that faces down, a back that is upright.";
+    const KEYS: &'static [Key] = &[JOINT, AXIS, DIRECTION, TOLERANCE_DEG];
+    const EXAMPLE: &'static str = "\
+kind = \"direction\"
+joint = \"leftHand\"
+axis = [0, -1, 0]
+target = [0, -1, 0]
+";
     type Objective = Direction;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
         Ok(Self {
-            joint: table.require("joint", JOINT)?.name()?,
-            axis: table.require("axis", AXIS)?.vector()?,
-            target: table.require("target", "a direction of the world, [x, y, z]")?.vector()?,
+            joint: table.require(&JOINT)?.name()?,
+            axis: table.require(&AXIS)?.numbers()?,
+            target: table.require(&DIRECTION)?.numbers()?,
         })
     }
 

@@ -9,7 +9,8 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::keys::is_zero;
+use crate::key::Key;
+use crate::keys::{TOLERANCE, is_zero};
 use crate::kinds::{Aim, Built, KindKeys};
 use crate::scene::Scene;
 use crate::table::Table;
@@ -40,17 +41,34 @@ pub enum ApartKeys {
     AtMost(f64),
 }
 
-const BOUNDS: [&str; 3] = ["exactly", "at_least", "at_most"];
+const JOINTS: Key = Key::new("joints", "two joints", "Both by name or humanoid role, [NAME, NAME].");
+const POINTS: Key = Key::new(
+    "points",
+    "two points, each in its joint's frame, [[x, y, z], [x, y, z]]",
+    "Which points of the joints are meant, metres.",
+)
+.or("[[0, 0, 0], [0, 0, 0]]");
+const BOUNDS: [Key; 3] = [
+    Key::new("exactly", METRES, "How far apart.").one_of(),
+    Key::new("at_least", METRES, "The same as a lower bound.").one_of(),
+    Key::new("at_most", METRES, "The same as an upper bound.").one_of(),
+];
+const METRES: &str = "metres, at least 0";
 
 impl KindKeys for DistanceKeys {
     const NAME: &'static str = "distance";
-    const KEYS: &'static [&'static str] =
-        &["joints", "points", "exactly", "at_least", "at_most", "tolerance"];
+    const ABOUT: &'static str = "Points of two joints so far apart, exactly, at least, or at most.";
+    const KEYS: &'static [Key] = &[JOINTS, POINTS, BOUNDS[0], BOUNDS[1], BOUNDS[2], TOLERANCE];
+    const EXAMPLE: &'static str = "\
+kind = \"distance\"
+joints = [\"leftHand\", \"rightHand\"]
+exactly = 0.4
+";
     type Objective = Distance;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let joints = table.require("joints", "two joints")?.names("two joints")?;
-        let apart = match BOUNDS.map(|key| table.get(key)) {
+        let joints = table.require(&JOINTS)?.names()?;
+        let apart = match BOUNDS.map(|key| table.get(&key)) {
             [Some(metres), None, None] => ApartKeys::Exactly(metres.number()?),
             [None, Some(metres), None] => ApartKeys::AtLeast(metres.number()?),
             [None, None, Some(metres)] => ApartKeys::AtMost(metres.number()?),
@@ -60,19 +78,19 @@ impl KindKeys for DistanceKeys {
             }
         };
         let mut points = [[0.0; 3]; 2];
-        if let Some(given) = table.get("points") {
-            let list = given.list("two points, each in its joint's frame, [[x, y, z], [x, y, z]]")?;
+        if let Some(given) = table.get(&POINTS) {
+            let list = given.list("a point in the joint's frame in metres, [x, y, z]")?;
             let [a, b] = &list[..] else {
-                return Err(given.wrong_length(list.len(), "two points"));
+                return Err(given.wrong_length(list.len()));
             };
-            points = [a.vector()?, b.vector()?];
+            points = [a.numbers()?, b.numbers()?];
         }
         Ok(Self { joints, points, apart })
     }
 
     fn build(&self, scene: &Scene<'_>, at: &At<'_>) -> Result<Built<Distance>, Error> {
         let joints = scene.joints(&self.joints, at)?;
-        let metres = |d: f64, key: &str| number_that(d, &at.key(key), |d| d >= 0.0, "metres, at least 0");
+        let metres = |d: f64, key: &str| number_that(d, &at.key(key), |d| d >= 0.0, METRES);
         let bound = match self.apart {
             ApartKeys::Exactly(d) => Bound::Exactly(metres(d, "exactly")?),
             ApartKeys::AtLeast(d) => Bound::AtLeast(metres(d, "at_least")?),

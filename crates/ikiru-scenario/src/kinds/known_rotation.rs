@@ -8,7 +8,8 @@ use serde_json::{Map, Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::keys::{JointKeys, as_table};
+use crate::key::Key;
+use crate::keys::{JointKeys, TOLERANCE, TOLERANCE_DEG, as_table};
 use crate::kinds::{Aim, Built, KindKeys};
 use crate::scene::{Scene, none_of_them, twice};
 use crate::table::Table;
@@ -22,14 +23,26 @@ pub struct KnownRotationKeys {
     pub joints: Vec<(String, JointKeys)>,
 }
 
+const JOINTS: Key = Key::new(
+    "joints",
+    "a table of joints, { NAME = { euler_deg = [x, y, z] } }",
+    "At least one, by name or humanoid role, and what it should do: a motion on top of rest, as in `[start]`.",
+);
+
 impl KindKeys for KnownRotationKeys {
     const NAME: &'static str = "known_rotation";
-    const KEYS: &'static [&'static str] = &["joints", "tolerance", "tolerance_deg"];
+    const ABOUT: &'static str = "Joints at given angles, rotations or offsets.";
+    const KEYS: &'static [Key] =
+        &[JOINTS, TOLERANCE.meaning("Of sliders: how near is near enough."), TOLERANCE_DEG];
+    const EXAMPLE: &'static str = "\
+kind = \"known_rotation\"
+joints = { leftUpperArm = { euler_deg = [0, 0, -45] }, leftLowerArm = { euler_deg = [0, -20, 0] } }
+";
     type Objective = KnownRotation;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let given = table.require("joints", "a table of joints, { NAME = { euler_deg = [x, y, z] } }")?;
-        let joints = given.table()?.entries();
+        let given = table.require(&JOINTS)?;
+        let joints = given.table()?.entries(JointKeys::TAKES);
         let joints = joints.iter().map(|value| Ok((value.key.clone(), JointKeys::read(value)?)));
         Ok(Self { joints: joints.collect::<Result<_, _>>()? })
     }

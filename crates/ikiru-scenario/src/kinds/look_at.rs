@@ -9,8 +9,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::keys::TargetKeys;
-use crate::kinds::{AXIS, Aim, Built, JOINT, KindKeys, vector_text};
+use crate::key::Key;
+use crate::keys::{AXIS, JOINT, PATH, TARGET, TOLERANCE_DEG, TargetKeys};
+use crate::kinds::{Aim, Built, KindKeys, vector_text};
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::values::direction;
@@ -42,20 +43,37 @@ pub enum GazeKeys {
     },
 }
 
-const KEYS: [&str; 4] = ["target", "path", "length", "offset_from_tip"];
+const KEYS: [Key; 4] = [
+    TARGET.meaning("What it looks at.").one_of(),
+    PATH.one_of(),
+    Key::new("length", "metres", "With `offset_from_tip`: the bone's tip is at `axis · length`.").one_of(),
+    Key::new(
+        "offset_from_tip",
+        "a way in metres along the axes of the world, [x, y, z]",
+        "With `length`: it looks from the tip that way, as the paper's authors have it.",
+    )
+    .one_of(),
+];
 
 impl KindKeys for LookAtKeys {
     const NAME: &'static str = "look_at";
-    const KEYS: &'static [&'static str] =
-        &["joint", "axis", "target", "path", "length", "offset_from_tip", "tolerance_deg"];
+    const ABOUT: &'static str =
+        "An axis of a joint towards a point: of the world, or beside the tip of the joint's own bone.";
+    const KEYS: &'static [Key] = &[JOINT, AXIS, KEYS[0], KEYS[1], KEYS[2], KEYS[3], TOLERANCE_DEG];
+    const EXAMPLE: &'static str = "\
+kind = \"look_at\"
+joint = \"head\"
+axis = [0, 0, 1]
+target = [0.5, 1.5, 1]
+";
     type Objective = LookAt;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let joint = table.require("joint", JOINT)?.name()?;
-        let axis = table.require("axis", AXIS)?.vector()?;
-        let gaze = match KEYS.map(|key| table.get(key)) {
+        let joint = table.require(&JOINT)?.name()?;
+        let axis = table.require(&AXIS)?.numbers()?;
+        let gaze = match KEYS.map(|key| table.get(&key)) {
             [None, None, Some(length), Some(offset)] => {
-                GazeKeys::BesideTip { length: length.number()?, offset_from_tip: offset.vector()? }
+                GazeKeys::BesideTip { length: length.number()?, offset_from_tip: offset.numbers()? }
             }
             [_, _, None, None] => match TargetKeys::read_if_there(table)? {
                 Some(target) => GazeKeys::At(target),

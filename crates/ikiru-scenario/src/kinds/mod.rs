@@ -37,6 +37,8 @@ use serde_json::Value as Json;
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
+use crate::key::Key;
+use crate::keys::POINT;
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::term::{AddedTerm, Adding};
@@ -46,9 +48,15 @@ use crate::term::{AddedTerm, Adding};
 pub(crate) trait KindKeys: Serialize + Sized {
     /// Its name in scenarios.
     const NAME: &'static str;
+    /// What it wants, in a few lines of Markdown.
+    const ABOUT: &'static str;
     /// Its keys, besides those that every objective has. `tolerance` (metres) and `tolerance_deg` are read for every
     /// kind: here they say which of them the kind has.
-    const KEYS: &'static [&'static str];
+    const KEYS: &'static [Key];
+    /// The keys of tables inside it, each behind what leads to them.
+    const INNER: &'static [(&'static str, &'static [Key])] = &[];
+    /// A small one of the built-in human: the table `[[objective]]` of a text.
+    const EXAMPLE: &'static str;
     /// What reports call it as a constraint, where it is hard; kinds that are constraints by nature have a name of their own.
     const CONSTRAINT: &'static str = "objective";
     /// What the solver makes of it.
@@ -71,6 +79,15 @@ pub(crate) trait KindKeys: Serialize + Sized {
 
     /// What it aims at, for people, in a few words; `number` writes a number.
     fn target_text(objective: &Self::Objective, number: &dyn Fn(f64) -> String) -> String;
+}
+
+/// What the format says of a kind: its constants, for whoever goes through all of them.
+pub(crate) struct KindText {
+    pub(crate) name: &'static str,
+    pub(crate) about: &'static str,
+    pub(crate) keys: &'static [Key],
+    pub(crate) inner: &'static [(&'static str, &'static [Key])],
+    pub(crate) example: &'static str,
 }
 
 /// An objective that keys ask for.
@@ -147,12 +164,21 @@ macro_rules! kinds {
 
             /// The keys of the kind of that name, besides those that every objective has; none of a name that is no kind's.
             #[must_use]
-            pub fn keys_of(name: &str) -> &'static [&'static str] {
+            pub fn keys_of(name: &str) -> &'static [Key] {
                 $(if name == $keys::NAME {
                     return $keys::KEYS;
                 })*
                 &[]
             }
+
+            /// What the format says of every kind, in the order of [`NAMES`](Self::NAMES).
+            pub(crate) const TEXTS: &[KindText] = &[$(KindText {
+                name: $keys::NAME,
+                about: $keys::ABOUT,
+                keys: $keys::KEYS,
+                inner: $keys::INNER,
+                example: $keys::EXAMPLE,
+            },)*];
 
             /// Reads the keys of the kind of that name; `None` for a name that is no kind's.
             pub(crate) fn read(name: &str, table: &Table<'_>) -> Result<Option<Self>, Error> {
@@ -203,16 +229,9 @@ kinds! {
     CenterOfMass(center_of_mass::CenterOfMassKeys, CenterKeys, MassKeys),
 }
 
-/// What errors expect of `joint`.
-const JOINT: &str = "the name of a joint, or a humanoid role";
-/// What errors expect of a `target` that is a point.
-const TARGET: &str = "a point of the world in metres, [x, y, z]";
-/// What errors expect of `axis`.
-const AXIS: &str = "a direction in the joint's frame, [x, y, z]";
-
 /// The point of `point` in a joint's frame; its origin where it is left out.
 fn point(table: &Table<'_>) -> Result<[f64; 3], Error> {
-    table.get("point").map_or(Ok([0.0; 3]), |value| value.vector())
+    table.get(&POINT).map_or(Ok([0.0; 3]), |value| value.numbers())
 }
 
 /// `0.1, 0.2, 0.3`

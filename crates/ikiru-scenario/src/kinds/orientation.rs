@@ -8,8 +8,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::keys::RotationKeys;
-use crate::kinds::{Aim, Built, JOINT, KindKeys};
+use crate::key::Key;
+use crate::keys::{EULER_DEG, JOINT, RotationKeys, TARGET_ROTATION, TOLERANCE_DEG};
+use crate::kinds::{Aim, Built, KindKeys};
 use crate::scene::Scene;
 use crate::table::Table;
 
@@ -25,11 +26,18 @@ pub struct OrientationKeys {
 
 impl KindKeys for OrientationKeys {
     const NAME: &'static str = "orientation";
-    const KEYS: &'static [&'static str] = &["joint", "target_rotation", "euler_deg", "tolerance_deg"];
+    const ABOUT: &'static str =
+        "How a joint is turned in the world: its whole rotation there, not that on top of rest.";
+    const KEYS: &'static [Key] = &[JOINT, TARGET_ROTATION, EULER_DEG, TOLERANCE_DEG];
+    const EXAMPLE: &'static str = "\
+kind = \"orientation\"
+joint = \"head\"
+euler_deg = [0, 30, 0]
+";
     type Objective = Orientation;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let joint = table.require("joint", JOINT)?.name()?;
+        let joint = table.require(&JOINT)?.name()?;
         Ok(Self { joint, rotation: RotationKeys::read(table)? })
     }
 

@@ -9,7 +9,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::kinds::{Aim, Built, KindKeys, TARGET, vector_text};
+use crate::key::Key;
+use crate::keys::{TARGET, TOLERANCE_DEG};
+use crate::kinds::{Aim, Built, KindKeys, vector_text};
 use crate::scene::Scene;
 use crate::table::Table;
 
@@ -22,15 +24,27 @@ pub struct PoleVectorKeys {
     pub target: [f64; 3],
 }
 
+const JOINTS: Key = Key::new(
+    "joints",
+    "three joints: root, middle and end of the limb",
+    "By name or humanoid role, [NAME, NAME, NAME].",
+);
+const POLE: Key = TARGET.meaning("To whose side the middle is bent.");
+
 impl KindKeys for PoleVectorKeys {
     const NAME: &'static str = "pole_vector";
-    const KEYS: &'static [&'static str] = &["joints", "target", "tolerance_deg"];
+    const ABOUT: &'static str = "To which side a limb of two bones is bent: elbow or knee lies in the half plane from the limb's line to the target.";
+    const KEYS: &'static [Key] = &[JOINTS, POLE, TOLERANCE_DEG];
+    const EXAMPLE: &'static str = "\
+kind = \"pole_vector\"
+joints = [\"leftUpperArm\", \"leftLowerArm\", \"leftHand\"]
+target = [0.6, 0.5, -0.5]
+";
     type Objective = PoleVector;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        const LIMB: &str = "three joints: root, middle and end of the limb";
-        let joints = table.require("joints", LIMB)?.names(LIMB)?;
-        Ok(Self { joints, target: table.require("target", TARGET)?.vector()? })
+        let joints = table.require(&JOINTS)?.names()?;
+        Ok(Self { joints, target: table.require(&POLE)?.numbers()? })
     }
 
     fn build(&self, scene: &Scene<'_>, at: &At<'_>) -> Result<Built<PoleVector>, Error> {

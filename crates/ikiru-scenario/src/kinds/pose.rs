@@ -9,8 +9,11 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::keys::{RotationKeys, is_zero};
-use crate::kinds::{Aim, Built, JOINT, KindKeys, TARGET, point, vector_text};
+use crate::key::Key;
+use crate::keys::{
+    EULER_DEG, JOINT, POINT, RotationKeys, TARGET, TARGET_ROTATION, TOLERANCE, TOLERANCE_DEG, is_zero,
+};
+use crate::kinds::{Aim, Built, KindKeys, point, vector_text};
 use crate::scene::Scene;
 use crate::table::Table;
 
@@ -31,15 +34,22 @@ pub struct PoseKeys {
 
 impl KindKeys for PoseKeys {
     const NAME: &'static str = "pose";
-    const KEYS: &'static [&'static str] =
-        &["joint", "point", "target", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"];
+    const ABOUT: &'static str = "`position` and `orientation` of a joint together.";
+    const KEYS: &'static [Key] =
+        &[JOINT, POINT, TARGET, TARGET_ROTATION, EULER_DEG, TOLERANCE, TOLERANCE_DEG];
+    const EXAMPLE: &'static str = "\
+kind = \"pose\"
+joint = \"leftHand\"
+target = [0.35, 1.1, 0.35]
+euler_deg = [0, -60, 0]
+";
     type Objective = PoseTarget;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
         Ok(Self {
-            joint: table.require("joint", JOINT)?.name()?,
+            joint: table.require(&JOINT)?.name()?,
             point: point(table)?,
-            target: table.require("target", TARGET)?.vector()?,
+            target: table.require(&TARGET)?.numbers()?,
             rotation: RotationKeys::read(table)?,
         })
     }

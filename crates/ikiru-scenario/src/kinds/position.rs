@@ -9,8 +9,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::keys::{TargetKeys, is_zero};
-use crate::kinds::{Aim, Built, JOINT, KindKeys, TARGET, point, vector_text};
+use crate::key::Key;
+use crate::keys::{JOINT, PATH, POINT, TARGET, TOLERANCE, TargetKeys, is_zero};
+use crate::kinds::{Aim, Built, KindKeys, point, vector_text};
 use crate::scene::Scene;
 use crate::table::Table;
 
@@ -29,12 +30,18 @@ pub struct PositionKeys {
 
 impl KindKeys for PositionKeys {
     const NAME: &'static str = "position";
-    const KEYS: &'static [&'static str] = &["joint", "point", "target", "path", "tolerance"];
+    const ABOUT: &'static str = "A point of a joint at a point of the world.";
+    const KEYS: &'static [Key] = &[JOINT, POINT, TARGET.one_of(), PATH.one_of(), TOLERANCE];
+    const EXAMPLE: &'static str = "\
+kind = \"position\"
+joint = \"leftHand\"
+target = [0.35, 1.1, 0.35]
+";
     type Objective = Position;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        let joint = table.require("joint", JOINT)?.name()?;
-        let target = TargetKeys::read_if_there(table)?.ok_or_else(|| table.lacks("target", TARGET))?;
+        let joint = table.require(&JOINT)?.name()?;
+        let target = TargetKeys::read_if_there(table)?.ok_or_else(|| table.lacks(&TARGET))?;
         Ok(Self { joint, point: point(table)?, target })
     }
 

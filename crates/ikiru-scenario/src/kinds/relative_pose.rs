@@ -9,8 +9,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
-use crate::keys::RotationKeys;
-use crate::kinds::{Aim, Built, JOINT, KindKeys};
+use crate::key::Key;
+use crate::keys::{EULER_DEG, JOINT, RotationKeys, TARGET_ROTATION, TOLERANCE, TOLERANCE_DEG};
+use crate::kinds::{Aim, Built, KindKeys};
 use crate::scene::Scene;
 use crate::table::Table;
 
@@ -29,17 +30,38 @@ pub struct RelativePoseKeys {
     pub rotation: Option<RotationKeys>,
 }
 
+const BASE: Key = Key::new("base", "the joint that it is seen from", "The joint in whose frame it lies.");
+const POSITION: Key = Key::new(
+    "position",
+    "a point in the base's frame in metres, [x, y, z]",
+    "Where the joint's origin should be.",
+)
+.or_as("anywhere, beside a rotation");
+const TURNED: [Key; 2] = [
+    TARGET_ROTATION
+        .meaning("How its frame should be turned in the base's; of any length but 0.")
+        .or_as("turned in any way, beside a position"),
+    EULER_DEG.or_as("the same"),
+];
+
 impl KindKeys for RelativePoseKeys {
     const NAME: &'static str = "relative_pose";
-    const KEYS: &'static [&'static str] =
-        &["joint", "base", "position", "target_rotation", "euler_deg", "tolerance", "tolerance_deg"];
+    const ABOUT: &'static str =
+        "How one joint lies in the frame of another, wherever both are: its place, its rotation, or both.";
+    const KEYS: &'static [Key] = &[JOINT, BASE, POSITION, TURNED[0], TURNED[1], TOLERANCE, TOLERANCE_DEG];
+    const EXAMPLE: &'static str = "\
+kind = \"relative_pose\"
+joint = \"leftHand\"
+base = \"head\"
+position = [0.15, 0.05, 0.15]
+";
     type Objective = RelativePose;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
         Ok(Self {
-            joint: table.require("joint", JOINT)?.name()?,
-            base: table.require("base", "the joint that it is seen from")?.name()?,
-            position: table.get("position").map(|value| value.vector()).transpose()?,
+            joint: table.require(&JOINT)?.name()?,
+            base: table.require(&BASE)?.name()?,
+            position: table.get(&POSITION).map(|value| value.numbers()).transpose()?,
             rotation: RotationKeys::read_if_there(table)?,
         })
     }

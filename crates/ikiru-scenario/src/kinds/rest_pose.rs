@@ -8,6 +8,8 @@ use serde_json::Value as Json;
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
+use crate::key::Key;
+use crate::keys::{TOLERANCE, TOLERANCE_DEG};
 use crate::kinds::{Aim, Built, KindKeys};
 use crate::scene::{Scene, joint_list};
 use crate::table::Table;
@@ -20,13 +22,24 @@ pub struct RestPoseKeys {
     pub joints: Option<Vec<String>>,
 }
 
+const JOINTS: Key =
+    Key::new("joints", "a list of joints, by name or humanoid role", "The joints that it pulls.")
+        .or_as("all active ones");
+
 impl KindKeys for RestPoseKeys {
     const NAME: &'static str = "rest_pose";
-    const KEYS: &'static [&'static str] = &["joints", "tolerance", "tolerance_deg"];
+    const ABOUT: &'static str = "A gentle pull of joints towards how they are at rest: give it a small weight. \
+                                 Success does not ask for it unless it is `mandatory`.";
+    const KEYS: &'static [Key] =
+        &[JOINTS, TOLERANCE.meaning("Of sliders: how near is near enough."), TOLERANCE_DEG];
+    const EXAMPLE: &'static str = "\
+kind = \"rest_pose\"
+weight = 0.001
+";
     type Objective = RestPose;
 
     fn read(table: &Table<'_>) -> Result<Self, Error> {
-        Ok(Self { joints: table.get("joints").map(|value| value.name_list()).transpose()? })
+        Ok(Self { joints: table.get(&JOINTS).map(|value| value.name_list()).transpose()? })
     }
 
     fn build(&self, scene: &Scene<'_>, at: &At<'_>) -> Result<Built<RestPose>, Error> {

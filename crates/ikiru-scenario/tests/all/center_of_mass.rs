@@ -143,7 +143,7 @@ fn each_fault_alone() {
     assert_eq!(refused("", (3, 1), &["neither", "either 'target'", "'inside'"]), "Alternatives");
     refused("target = [0, 1, 0]\nmargin = 0.1", (3, 1), &["'target' and 'margin'", "either 'target'"]);
     refused("target = [0, 1, 0]\ninside = [[0, 0], [1, 0], [0, 1]]", (3, 1), &["'target' and 'inside'"]);
-    refused("target = [0, 1]", (5, 10), &["2 entries", "three numbers"]);
+    refused("target = [0, 1]", (5, 10), &["2 entries", "a point of the world in metres"]);
     refused("inside = [[0, 0, 0]]", (5, 11), &["3 entries", "[x, z]"]);
     refused("inside = 1", (5, 10), &["'inside' is a number", "[[x, z], …]"]);
     let line =

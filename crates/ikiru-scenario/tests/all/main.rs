@@ -7,6 +7,7 @@ mod coupling;
 mod documents;
 mod floating;
 mod motion;
+mod page;
 mod paper;
 mod random_document;
 mod robots;

@@ -222,7 +222,7 @@ impl Draw {
 
     fn objective(&mut self, name: &str, moves: bool) -> ObjectiveEntry {
         let mut entry = ObjectiveEntry::new(self.kind(name, moves));
-        let has = |key: &str| Kind::keys_of(name).contains(&key);
+        let has = |key: &str| Kind::keys_of(name).iter().any(|known| known.name == key);
         entry.weight = self.maybe(|draw| draw.number(0.0, 3.0));
         entry.loss = [Loss::Squared, Loss::Norm, Loss::Huber { width: self.random.between(0.01, 1.0) }]
             [self.random.below(3)];

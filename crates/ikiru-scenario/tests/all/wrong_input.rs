@@ -137,7 +137,15 @@ fn wrong_types() {
 
 #[test]
 fn wrong_lengths() {
-    assert_eq!(refused(18, "target = [0.3, 0.2]", (18, 10), &["2 entries", "three numbers"]), "Length");
+    assert_eq!(
+        refused(
+            18,
+            "target = [0.3, 0.2]",
+            (18, 10),
+            &["2 entries", "a point of the world in metres, [x, y, z]"]
+        ),
+        "Length"
+    );
     refused(11, "swing_deg = [70]", (11, 13), &["1 entries", "two half-widths"]);
     refused(4, "active = []", (4, 10), &["at least one joint"]);
     refused(30, "joints = {}", (30, 10), &["at least one joint"]);
