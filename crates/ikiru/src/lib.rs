@@ -74,6 +74,8 @@
 //! # }
 //! ```
 //!
+#![doc = include_str!("objectives.md")]
+//!
 //! # Motions
 //!
 //! The same objectives placed on a timeline: [`MotionProblem`] is solved as a whole, smooth in speed, acceleration and
