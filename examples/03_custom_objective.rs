@@ -3,9 +3,8 @@
 //! `cargo run --release -p ikiru --example 03_custom_objective`
 #![allow(clippy::print_stdout, reason = "an example talks by printing")]
 
-use ikiru::{
-    DVec3, Frame, JointId, Position, Problem, Residual, Scalar, Solver, formats, solve::check_jacobian,
-};
+use ikiru::solve::check_jacobian;
+use ikiru::{DVec3, Frame, JointId, Position, Problem, Residual, Scalar, Solver, formats};
 
 /// Keeps two joints a given distance (metres) apart.
 #[derive(Clone, Debug)]

@@ -3,15 +3,15 @@
 //! `cargo run --release -p ikiru --example 06_motion`
 #![allow(clippy::print_stdout, reason = "an example talks by printing")]
 
-use ikiru::glam::DVec3;
-use ikiru::rig::Clip;
-use ikiru::{MotionProblem, MotionWorkspace, Position, Solver, SolverOptions, Timeline, When, formats};
+use ikiru::{
+    Clip, DVec3, MotionProblem, MotionWorkspace, Position, Solver, SolverOptions, Timeline, When, formats,
+};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let loaded = formats::read("builtin:human")?;
     let rig = &loaded.rig;
     let hand = rig.joint("leftHand")?;
-    // Two seconds at 30 frames a second. Differences between frames cost: speed, acceleration, jerk.
+    // Two seconds at 30 samples a second. Differences between samples cost: speed, acceleration, jerk.
     let mut motion =
         MotionProblem::new(rig, rig.chain("leftShoulder", "leftHand")?, Timeline::seconds(2.0, 30.0)?);
     motion.set_smoothness([0.001, 0.01, 0.01])?;
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let still = Clip::new("reach", vec![0.0], vec![rig.rest_pose()])?;
     let planned = solver.plan(&motion, &still, &mut workspace);
     println!(
-        "{}: {} frames, cost {:.2e}, {} iterations, the hand travels {:.2} m",
+        "{}: {} samples, cost {:.2e}, {} iterations, the hand travels {:.2} m",
         planned.report.stop.name(),
         planned.clip.poses().len(),
         planned.report.cost,

@@ -83,14 +83,14 @@
 //!
 //! ```
 //! use ikiru::{
-//!     Clip, DVec3, MotionProblem, MotionWorkspace, RatePart, Position, Rate, RateLimit, Solver, Timeline, When, formats,
+//!     Clip, DVec3, MotionProblem, MotionWorkspace, Position, Rate, RateLimit, RatePart, Solver, Timeline, When, formats,
 //! };
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let loaded = formats::read("builtin:human")?;
 //! # let rig = &loaded.rig;
 //! let (elbow, hand) = (rig.joint("leftLowerArm")?, rig.joint("leftHand")?);
-//! let timeline = Timeline::seconds(2.0, 30.0)?; // 61 frames
+//! let timeline = Timeline::seconds(2.0, 30.0)?; // 61 samples
 //! let mut motion = MotionProblem::new(rig, rig.chain("leftShoulder", "leftHand")?, timeline);
 //! motion.set_smoothness([0.0, 0.01, 0.1])?;
 //! motion.set_at_rest(true, true);
@@ -118,7 +118,8 @@
 //! gives a mask, and [`Scalar::select`] takes one of two numbers by it.
 //!
 //! ```
-//! use ikiru::{Frame, JointId, Problem, Residual, Scalar, formats, solve::check_jacobian};
+//! use ikiru::solve::check_jacobian;
+//! use ikiru::{Frame, JointId, Problem, Residual, Scalar, formats};
 //!
 //! /// Keeps a joint at least so high (metres): the height that is missing, 0 above.
 //! #[derive(Clone, Debug)]
