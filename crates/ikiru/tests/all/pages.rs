@@ -36,6 +36,19 @@ fn links_lead_to_files() {
     assert!(n_links > 30, "{n_links}");
 }
 
+/// The recipes name files by their path: who follows them finds them.
+#[test]
+fn recipes_name_files_that_are_there() {
+    let recipes = text("CONTRIBUTING.md");
+    let is_path = |word: &&str| ["crates/", "xtask/", ".cargo/"].iter().any(|start| word.starts_with(start));
+    let mut n_paths = 0;
+    for path in recipes.split('`').skip(1).step_by(2).filter(is_path).filter(|path| !path.contains("NAME")) {
+        assert!(root().join(path).exists(), "CONTRIBUTING.md names {path}, which is not there");
+        n_paths += 1;
+    }
+    assert!(n_paths > 15, "{n_paths}");
+}
+
 #[test]
 fn every_scenario_is_listed() {
     let list = text("scenarios/README.md");
