@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let solver = Solver::new(SolverOptions { max_iterations: 100, ..SolverOptions::default() });
     let mut workspace = MotionWorkspace::default();
-    let still = Clip::new("reach", vec![0.0], vec![rig.rest_pose()])?;
+    let still = Clip::still(rig.rest_pose()).with_name("reach");
     let planned = solver.plan(&motion, &still, &mut workspace);
     println!(
         "{}: {} samples, cost {:.2e}, {} iterations, the hand travels {:.2} m",

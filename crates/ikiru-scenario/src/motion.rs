@@ -73,9 +73,8 @@ impl MotionScenario {
 
     /// A clip that stands still at the start: the guess of a cold plan.
     #[must_use]
-    #[expect(clippy::expect_used, reason = "one pose at one time is always a clip")]
     pub fn still(&self) -> Clip {
-        Clip::new("motion", vec![0.0], vec![self.start.clone()]).expect("one pose at 0 s")
+        Clip::still(self.start.clone()).with_name("motion")
     }
 }
 

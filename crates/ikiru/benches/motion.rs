@@ -73,7 +73,7 @@ fn motion(rig: &Rig, secs: u32) -> MotionProblem {
 
 /// From standing still, memory at hand.
 fn measure(group: &mut BenchmarkGroup<'_, WallTime>, motion: &MotionProblem, secs: u32) {
-    let still = Clip::new("still", vec![0.0], vec![motion.rig().rest_pose()]).expect("one pose");
+    let still = Clip::still(motion.rig().rest_pose());
     let solver = Solver::new(SolverOptions { max_iterations: 100, ..SolverOptions::default() });
     group.throughput(Throughput::Elements(motion.timeline().n_samples() as u64));
     group.bench_function(BenchmarkId::from_parameter(format!("{secs} s")), |b| {

@@ -100,7 +100,7 @@
 //! let most = 240_f64.to_radians(); // a second
 //! motion.set_rate_limits(&[RateLimit { joint: elbow, part: RatePart::Rotation, rate: Rate::Speed, most }])?;
 //!
-//! let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()])?;
+//! let still = Clip::still(rig.rest_pose());
 //! let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default());
 //! assert!(planned.report.success && planned.clip.peak_speed(elbow, RatePart::Rotation).value <= most);
 //! # Ok(())

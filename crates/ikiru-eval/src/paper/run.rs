@@ -157,7 +157,7 @@ pub fn run_trajectories(
     let mut motion =
         MotionProblem::from_problem(scenario.problem, timeline, &[]).map_err(Error::JointMotion)?;
     motion.fix_start(&start).map_err(Error::JointMotion)?;
-    let still = Clip::new("still", vec![0.0], vec![start]).map_err(|_| Error::Task("it has no start"))?;
+    let still = Clip::still(start);
     let mut rows = Vec::with_capacity(settings.runs * contenders.len() * n_measured);
     for run in 0..settings.runs {
         for contender in contenders {

@@ -25,7 +25,7 @@ use crate::motion::aligned_rotations;
 /// use ikiru_rig::Clip;
 ///
 /// let rig = ikiru_formats::builtin("human")?.rig;
-/// let clip = Clip::new("still", vec![0.0], vec![rig.rest_pose()])?;
+/// let clip = Clip::still(rig.rest_pose());
 /// let table = ikiru_formats::motion_csv(&clip, &[rig.joint("leftHand")?])?;
 /// assert_eq!(
 ///     String::from_utf8(table)?,

@@ -68,9 +68,7 @@ pub(crate) fn clip_file(clip: &Clip) -> Result<Written, Error> {
 
 /// A pose as an animation that holds it.
 pub(crate) fn pose_file(pose: &Pose) -> Result<Written, Error> {
-    let clip = Clip::new("pose", vec![0.0], vec![pose.clone()]);
-    // One pose at one time makes a clip.
-    clip_file(&clip.map_err(|e| Error::new("pose", Place::File, ErrorKind::Transfer(e.into())))?)
+    clip_file(&Clip::still(pose.clone()).with_name("pose"))
 }
 
 fn write(clip: &Clip) -> Result<Written, Fault> {

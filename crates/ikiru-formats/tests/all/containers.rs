@@ -106,7 +106,7 @@ fn what_a_joint_without_a_role_does_is_in_the_bones_around_it() {
         pose
     };
     let check = |pose: Pose, within: f64| -> Vec<Warning> {
-        let clip = Clip::new("bend", vec![0.0], vec![pose.clone()]).unwrap();
+        let clip = Clip::still(pose.clone()).with_name("bend");
         let written = write_clip(&loaded, &clip, Format::Vrma).unwrap();
         let again = read_vrma(&written.bytes, "again.vrma").unwrap();
         let found = &again.clips[0].poses()[0];

@@ -163,7 +163,7 @@ fn a_motion_has_the_promised_members() {
     assert_eq!(document["translations"], json!({ "loose": [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]] }));
     // Only what is asked for, and no empty members.
     let human = ikiru_formats::builtin("human").unwrap().rig;
-    let clip = Clip::new("", vec![0.0], vec![human.rest_pose()]).unwrap();
+    let clip = Clip::still(human.rest_pose()).with_name("");
     let hand = motion_json(&clip, &[human.joint("leftHand").unwrap(), JointId::from_index(9999)]);
     let expected = json!({
         "times": [0.0], "root_translation": [[0.0, 0.0, 0.0]], "joints": { "hand_l": [[0.0, 0.0, 0.0, 1.0]] }
@@ -414,7 +414,7 @@ fn a_table_of_a_broken_clip_is_refused() {
     let rig = sample();
     let mut pose = rig.rest_pose();
     pose.coords_mut()[0] = f64::NAN;
-    let clip = Clip::new("broken", vec![0.0], vec![pose]).unwrap();
+    let clip = Clip::still(pose).with_name("broken");
     let error = motion_csv(&clip, &all(&rig)).unwrap_err();
     assert!(matches!(error.kind(), ErrorKind::InvalidPose { .. }));
     assert!(error.to_string().starts_with("broken: "), "{error}");

@@ -145,7 +145,7 @@ fn the_way_of_the_hips_is_scaled_by_their_height() {
     let way = DVec3::new(0.3, -0.2, 1.5);
     let hips = source.role(Role::Hips).unwrap();
     pose.set_translation(hips, pose.frame(hips).rotation.quaternion().inverse() * way).unwrap();
-    let clip = Clip::new("walk", vec![0.0], vec![pose.clone()]).unwrap();
+    let clip = Clip::still(pose.clone()).with_name("walk");
     let moved = transfer(&clip, &target, Reference::Rest).unwrap().clip;
     let height = |rig: &Rig| at(&rig.rest_pose(), Role::Hips).y - at(&rig.rest_pose(), Role::LeftFoot).y;
     let found = at(&moved.poses()[0], Role::Hips) - at(&target.rest_pose(), Role::Hips);
@@ -230,7 +230,7 @@ fn euler_joints_go_the_short_way_and_hinges_as_far_as_they_can() {
 fn what_cannot_be_transferred_says_why() {
     let (human, hand) = (rig("builtin:human"), rig("webxr_generic_hand_left.glb"));
     let of = |from: &Rig, to: &Rig| {
-        let clip = Clip::new("rest", vec![0.0], vec![from.rest_pose()]).unwrap();
+        let clip = Clip::still(from.rest_pose()).with_name("rest");
         transfer(&clip, to, Reference::TPose)
     };
     assert_eq!(of(&hand, &human).unwrap_err(), TransferError::NoRoles("the clip's rig"));
@@ -238,6 +238,6 @@ fn what_cannot_be_transferred_says_why() {
     assert_eq!(error.to_string(), "the target has no humanoid roles, by which its joints could be found");
     let mut pose = human.rest_pose();
     pose.coords_mut().fill(f64::NAN);
-    let clip = Clip::new("broken", vec![0.0], vec![pose]).unwrap();
+    let clip = Clip::still(pose).with_name("broken");
     assert!(matches!(transfer(&clip, &human, Reference::Rest), Err(TransferError::Pose(_))));
 }

@@ -174,8 +174,7 @@ fn a_way_that_cannot_be_taken_is_told() {
     let warnings = transfer(&walk, &builder.build().unwrap(), Reference::TPose).unwrap().warnings;
     assert_eq!(warnings, [TransferWarning::NoHips { rig: "the target" }]);
     // A clip that stays in place needs nothing that floats.
-    let still =
-        Clip::new("still", vec![0.0], vec![Loaded::from_rig(target.clone()).rig.rest_pose()]).unwrap();
+    let still = Clip::still(Loaded::from_rig(target.clone()).rig.rest_pose());
     let moved = transfer(&still, &target, Reference::TPose).unwrap();
     assert!(moved.warnings.is_empty() && moved.clip.rig().is_same(&target));
 }

@@ -202,7 +202,7 @@ fn what_is_no_vrm_animation_is_refused_and_what_cannot_be_one() {
     let mut builder = rig.to_builder();
     builder.joints_mut()[rig.role(Role::Head).unwrap().index()].role = None;
     let rig = builder.build().unwrap();
-    let headless = Clip::new("walk", vec![0.0], vec![rig.rest_pose()]).unwrap();
+    let headless = Clip::still(rig.rest_pose()).with_name("walk");
     let error = write_vrma(&headless).unwrap_err();
     assert!(error.to_string().contains("humanoid roles head, which"), "{error}");
 

@@ -161,6 +161,24 @@ impl Clip {
         Ok(Self { name: name.into(), times, poses })
     }
 
+    /// A motion that stands still: one pose, at 0 s, named `still`. What a plan may start from where there is no
+    /// motion yet, and what a single pose is written as where a file wants a motion.
+    ///
+    /// ```
+    /// use ikiru_rig::{Clip, Joint, RigBuilder};
+    ///
+    /// let mut builder = RigBuilder::new();
+    /// builder.add(Joint::new("hip", None));
+    /// let pose = builder.build()?.rest_pose();
+    /// let still = Clip::still(pose.clone());
+    /// assert_eq!((still.sample(7.0), still.duration_secs()), (pose, 0.0));
+    /// # Ok::<(), ikiru_rig::RigError>(())
+    /// ```
+    #[must_use]
+    pub fn still(pose: Pose) -> Self {
+        Self { name: "still".to_owned(), times: vec![0.0], poses: vec![pose] }
+    }
+
     /// Its name; empty where the file gave none.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -120,7 +120,7 @@ fn a_potential_pulls_to_its_least_value_in_poses_and_motions() {
     }
     let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 4.0).unwrap());
     motion.add(2.0, When::Throughout, valley).unwrap();
-    let guess = Clip::new("still", vec![0.0], vec![random_pose(&rig, &mut Random::new(2))]).unwrap();
+    let guess = Clip::still(random_pose(&rig, &mut Random::new(2)));
     let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default());
     assert!(planned.clip.poses().iter().all(is_there), "{:?}", planned.report);
 }
@@ -273,7 +273,7 @@ fn an_objective_that_gives_up_ends_the_solve_and_is_named() {
     let left = Arc::new(AtomicUsize::new(12));
     let tires = Tires { inner: Position::new(tip, far), left, opens_too_many: false };
     motion.add(1.0, When::Throughout, tires).unwrap();
-    let guess = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
+    let guess = Clip::still(rig.rest_pose());
     let report = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).report;
     assert_eq!(report.stop, StopReason::ObjectiveFailed);
     assert!(matches!(report.invalid, Some(Invalid::Term(0, _))));

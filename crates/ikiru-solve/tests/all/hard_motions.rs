@@ -67,7 +67,7 @@ fn hard<T: Objective + Clone>(motion: &mut MotionProblem, when: When, objective:
 fn plan(motion: &MotionProblem, rig: &Rig, options: SolverOptions) -> PlannedMotion {
     let mut still = rig.rest_pose();
     still.project();
-    let guess = Clip::new("still", vec![0.0], vec![still]).unwrap();
+    let guess = Clip::still(still);
     Solver::new(options).plan(motion, &guess, &mut MotionWorkspace::default())
 }
 
@@ -229,7 +229,7 @@ fn what_reads_earlier_samples_holds_between_them() {
         let term = motion.term_mut(id);
         (term.hard, term.tolerance) = (true, Tolerance::HARD);
         start.project();
-        let guess = Clip::new("still", vec![0.0], vec![start.clone()]).unwrap();
+        let guess = Clip::still(start.clone());
         let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default());
         assert!(planned.report.invalid.is_none(), "{:?}", planned.report.invalid);
         let at = |sample: usize| {

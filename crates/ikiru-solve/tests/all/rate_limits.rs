@@ -37,7 +37,7 @@ fn limit(joint: JointId, part: RatePart, rate: Rate, most: f64) -> RateLimit {
 }
 
 fn plan(motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
-    let still = Clip::new("still", vec![0.0], vec![guess.clone()]).unwrap();
+    let still = Clip::still(guess.clone());
     let solver = Solver::new(SolverOptions { max_iterations: 200, ..SolverOptions::default() });
     solver.plan(motion, &still, &mut MotionWorkspace::default())
 }
@@ -236,7 +236,7 @@ fn limits_that_mean_nothing_are_refused() {
     let refused = motion.set_rate_limits(&[limit(unknown, RatePart::Rotation, Rate::Speed, 1.0)]);
     assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::NoJoint { .. }))));
     motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 1.0)]).unwrap();
-    let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
+    let still = Clip::still(rig.rest_pose());
     let options = SolverOptions { method: Method::Adam(AdamOptions::default()), ..SolverOptions::default() };
     let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default());
     assert_eq!(planned.report.stop, StopReason::InvalidInput);
@@ -302,7 +302,7 @@ fn a_free_duration_takes_as_long_as_the_limits_ask_for() {
     // What was slow enough keeps its tempo: the fast part lies behind the first key.
     assert!((near.from_secs - 3.0).abs() < 0.35 && far.to_secs > 4.8, "{near:?} {far:?}");
     // Adam plans as if there were no limits, so that it knows free durations too.
-    let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
+    let still = Clip::still(rig.rest_pose());
     let options = SolverOptions { method: Method::Adam(AdamOptions::default()), ..SolverOptions::default() };
     let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default());
     assert!(planned.report.exceeded.is_empty() && planned.report.invalid.is_none());

@@ -107,7 +107,7 @@ fn of_a_motion_the_least_that_is_left_is_told() {
             Coupling::new(&rig, &[(joint, None, 1.0)], Bound::AtLeast(0.0)).unwrap(),
         )
         .unwrap();
-    let still = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
+    let still = Clip::still(rig.rest_pose());
     let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default());
     let term = planned.report.terms[3];
     let lowest =

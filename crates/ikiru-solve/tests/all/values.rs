@@ -160,7 +160,7 @@ fn a_term_of_a_motion_that_is_off_costs_nothing_and_is_still_reported() {
             let id = motion.add(1.0, When::Throughout, away).unwrap();
             motion.term_mut(id).is_on = is_on;
         }
-        let guess = Clip::new("still", vec![0.0], vec![rig.rest_pose()]).unwrap();
+        let guess = Clip::still(rig.rest_pose());
         Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default())
     };
     let (without, off, on) = (plan(false, false), plan(true, false), plan(true, true));

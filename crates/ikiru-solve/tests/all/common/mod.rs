@@ -24,7 +24,7 @@ pub fn arm(limit_deg: f64) -> (Rig, JointId) {
 }
 
 pub fn still(pose: &Pose) -> Clip {
-    Clip::new("still", vec![0.0], vec![pose.clone()]).unwrap()
+    Clip::still(pose.clone())
 }
 
 pub fn plan(options: SolverOptions, motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
