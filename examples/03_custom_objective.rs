@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         problem[lead].target = DVec3::new(0.5 * width, 1.1, 0.4);
         problem[apart].distance = width;
         let report = solver.solve(&problem, &mut pose, &mut workspace);
-        let found = pose.frame(left).origin.value().distance(pose.frame(right).origin.value());
+        let found = pose.frame(left)?.position.distance(pose.frame(right)?.position);
         println!(
             "{width} m apart: {} at {found:.4} m after {} iterations",
             report.stop.name(),

@@ -16,10 +16,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut builder = free.to_builder();
     let swing = [100_f64.to_radians(), 90_f64.to_radians()];
     let cone = Cone::new(DVec3::X, swing, Range::degrees(-60.0, 60.0))?;
-    builder.set_motion(upper_arm, JointMotion::Ball { cone: Some(cone) });
+    builder.set_motion(upper_arm, JointMotion::Ball { cone: Some(cone) })?;
     // This elbow bends forward about -y; it turns the forearm about x and bends nowhere else.
     let ranges = [Range::degrees(-80.0, 80.0), Range::degrees(-145.0, 0.0), Range::degrees(0.0, 0.0)];
-    builder.set_motion(elbow, JointMotion::Euler { order: EulerOrder::Zyx, ranges });
+    builder.set_motion(elbow, JointMotion::Euler { order: EulerOrder::Zyx, ranges })?;
     let limited = builder.build()?;
 
     let search = Search::Global { max_restarts: 32 };
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let report = solver.solve(&problem, &mut pose, &mut workspace);
             let mm = report.terms[0].residual * 1e3;
             let [x, y, z] =
-                EulerOrder::Zyx.angles(pose.rotation(elbow)).map(|a| a.to_degrees().round() + 0.0);
+                EulerOrder::Zyx.angles(pose.rotation(elbow)?).map(|a| a.to_degrees().round() + 0.0);
             let target = target.to_string();
             println!("{name:<14} {target:<20} {mm:6.2} mm away, elbow at {x}, {y}, {z} degrees");
             assert!(pose.limit_violation() < 1e-9);

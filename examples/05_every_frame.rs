@@ -34,8 +34,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         times.push(begin.elapsed());
         n_reached += usize::from(report.success);
         if frame > 0 {
-            let turn = arm.iter().map(|j| pose.rotation(*j).angle_between(before.rotation(*j)));
-            largest_turn = turn.fold(largest_turn, f64::max);
+            for &joint in &arm {
+                let turn = pose.rotation(joint)?.angle_between(before.rotation(joint)?);
+                largest_turn = largest_turn.max(turn);
+            }
         }
         before.clone_from(&pose);
     }

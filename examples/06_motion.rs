@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         planned.clip.poses().len(),
         planned.report.cost,
         planned.report.iterations,
-        planned.clip.path_length(hand),
+        planned.clip.path_length(hand)?,
     );
 
     // The target moves: the motion at hand is a warm start.

@@ -185,8 +185,8 @@ fn limit_text(about: &About<'_>, joint: JointId, kind: LimitKind, pose: &Pose) -
             }
         }
         LimitKind::Swing | LimitKind::Twist => {
-            let cone = motion.and_then(|motion| motion.cone().copied());
-            let (swing, twist) = cone.map(|c| c.decompose(pose.rotation(joint))).unwrap_or_default();
+            let cone = motion.and_then(|motion| motion.cone().copied()).zip(pose.rotation(joint).ok());
+            let (swing, twist) = cone.map(|(cone, own)| cone.decompose(own)).unwrap_or_default();
             match kind {
                 LimitKind::Swing => format!("{name} swing {}", numbers::angle(swing[0].hypot(swing[1]))),
                 _ => format!("{name} twist {}", numbers::angle(twist)),

@@ -74,7 +74,7 @@ impl MotionFigure {
         }
         if let Some((joint, id)) = effector.and_then(|id| Some((rig.get(id)?, id))) {
             let places: Vec<[f64; 3]> =
-                clip.poses().iter().map(|p| p.frame(id).origin.value().to_array()).collect();
+                clip.poses().iter().filter_map(|p| Some(p.frame(id).ok()?.position.to_array())).collect();
             let line = |axis: usize| {
                 let points = times.iter().zip(&places).map(|(t, p)| (*t, p[axis])).collect();
                 (AXES[axis].to_owned(), points)

@@ -171,7 +171,7 @@ pub fn run(arm: &Arm, settings: &Settings, mut done: impl FnMut()) -> Result<Vec
         let time = begin.elapsed();
         if idx >= settings.warmup {
             let (iterations, restarts) = (report.iterations, report.restarts);
-            rows.push(bench.judge(&pose, position, rotation, iterations, restarts, time));
+            rows.push(bench.judge(&pose, position, rotation, iterations, restarts, time)?);
             done();
         }
     }
@@ -214,11 +214,14 @@ impl<'a> Bench<'a> {
         for &joint in &self.joints {
             let (min, max) = range(&goal, joint).unwrap_or_default();
             let value = min + (max - min) * random.r#gen::<f64>();
-            let set = goal.set_value(joint, value);
-            set.map_err(|e| Error::Arm { robot: self.arm.robot.clone(), reason: e.to_string() })?;
+            goal.set_value(joint, value).map_err(|e| self.wrong(&e))?;
         }
-        let frame = goal.frame(self.tip);
-        Ok((frame.origin.value(), frame.rotation.quaternion()))
+        let frame = goal.frame(self.tip).map_err(|e| self.wrong(&e))?;
+        Ok((frame.position, frame.rotation))
+    }
+
+    fn wrong(&self, error: &dyn std::error::Error) -> Error {
+        Error::Arm { robot: self.arm.robot.clone(), reason: error.to_string() }
     }
 
     fn judge(
@@ -229,16 +232,16 @@ impl<'a> Bench<'a> {
         iterations: usize,
         restarts: usize,
         time: Duration,
-    ) -> Row {
-        let found = pose.frame(self.tip);
-        let position_error = found.origin.value().distance(position);
+    ) -> Result<Row, Error> {
+        let found = pose.frame(self.tip).map_err(|e| self.wrong(&e))?;
+        let position_error = found.position.distance(position);
         // By the vector part: the arc cosine of a number near 1 knows no angles of 1e-5.
-        let turn = found.rotation.quaternion().inverse() * rotation;
+        let turn = found.rotation.inverse() * rotation;
         let rotation_error = 2.0 * turn.xyz().length().atan2(turn.w.abs());
         let within = position_error <= BAR && rotation_error <= BAR;
         let file_from_world = self.loaded.world_from_file().inverse();
         let name = |j: &JointId| pose.rig().get(*j).map_or_else(String::new, |joint| joint.name.clone());
-        Row {
+        Ok(Row {
             robot: self.arm.robot.clone(),
             base: self.arm.base.clone(),
             tip: self.arm.tip.clone(),
@@ -254,7 +257,7 @@ impl<'a> Bench<'a> {
             restarts,
             time_us: time.as_secs_f64() * 1e6,
             values: self.joints.iter().filter_map(|j| pose.value(*j)).collect(),
-        }
+        })
     }
 }
 

@@ -18,8 +18,8 @@
 //! pose.set_rotation(elbow, glam::DQuat::from_rotation_y(-1.0))?;
 //! let bytes = ikiru_formats::write_posed_glb(&loaded, &pose)?;
 //! let again = ikiru_formats::read_glb(&bytes, "posed.glb")?;
-//! let (wanted, found) = (pose.frame(elbow), again.rig.rest_pose().frame(elbow));
-//! assert!(wanted.origin.value().distance(found.origin.value()) < 1e-9);
+//! let (wanted, found) = (pose.frame(elbow)?, again.rig.rest_pose().frame(elbow)?);
+//! assert!(wanted.position.distance(found.position) < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -33,7 +33,6 @@ pub mod gltf;
 pub mod urdf;
 
 mod builtin;
-mod collision;
 mod csv;
 mod error;
 mod file;
@@ -49,7 +48,6 @@ pub use builtin::{BUILTINS, builtin};
 pub use bvh::read::read_bvh;
 pub use bvh::write::{write_bvh_clip, write_bvh_pose};
 pub use bvh::{BvhOptions, PositionChannels};
-pub use collision::{CollisionShape, ShapeKind};
 pub use csv::motion_csv;
 pub use error::{Error, ErrorKind, Place};
 pub use file::{lacks_unit, read, read_glb, read_gltf, read_scaled, read_urdf, save};

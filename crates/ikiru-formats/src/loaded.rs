@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use glam::DQuat;
-use ikiru_rig::{Clip, Frame, Joint, JointId, JointMotion, Pose, PoseError, Rig, Segment};
+use ikiru_rig::{Clip, CollisionShape, Joint, JointId, JointMotion, Pose, PoseError, Rig, Segment};
 
 use crate::bvh::Layout;
-use crate::collision::CollisionShape;
 use crate::error::{Error, ErrorKind, Place};
 use crate::gltf::Source;
 use crate::gltf::animation::Needs;
@@ -195,7 +194,7 @@ fn moved(clip: &Clip, rig: &Rig) -> Result<Clip, String> {
     for from in clip.poses() {
         let mut pose = rig.rest_pose();
         if let Some((root, _)) = &carried {
-            place(&mut pose, *root, &from.frame(*root)).map_err(|_| String::new())?;
+            place(&mut pose, *root, from).map_err(|_| String::new())?;
         }
         for (id, joint) in rig.ids().zip(rig.joints()) {
             if carried.as_ref().is_some_and(|(root, above)| id == *root || above.contains(&id)) {
@@ -218,12 +217,12 @@ fn carried_away(before: &Rig, rig: &Rig) -> Option<(JointId, Vec<JointId>)> {
     (!above.is_empty()).then_some((root, above))
 }
 
-/// Moves a free joint of a pose whose joints above are at rest to where a frame of the world lies.
-fn place(pose: &mut Pose, joint: JointId, frame: &Frame<f64>) -> Result<(), PoseError> {
-    let at_rest = pose.frame(joint);
-    let from_world = at_rest.rotation.quaternion().inverse();
-    pose.set_translation(joint, from_world * (frame.origin.value() - at_rest.origin.value()))?;
-    pose.set_rotation(joint, from_world * frame.rotation.quaternion())
+/// Moves a free joint of a pose whose joints above are at rest to where it is in another.
+fn place(pose: &mut Pose, joint: JointId, from: &Pose) -> Result<(), PoseError> {
+    let (at_rest, frame) = (pose.frame(joint)?, from.frame(joint)?);
+    let from_world = at_rest.rotation.inverse();
+    pose.set_translation(joint, from_world * (frame.position - at_rest.position))?;
+    pose.set_rotation(joint, from_world * frame.rotation)
 }
 
 /// Lets one joint move as in another rig's pose; `None` if it cannot.
@@ -260,7 +259,7 @@ fn take_motion(
             _,
         ) => {}
     }
-    let (rotation, translation) = (from.rotation(id), from.translation(id));
+    let (rotation, translation) = (from.rotation(id).ok()?, from.translation(id).ok()?);
     if let JointMotion::Free { .. } = to {
         pose.set_translation(id, translation).ok()?;
     } else if translation.length() > 1e-9 {

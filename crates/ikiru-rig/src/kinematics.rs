@@ -1,9 +1,14 @@
 //! Forward kinematics: `world_from_joint = world_from_parent · rest · motion(q)` (the paper's equation 1).
+//!
+//! [`Pose::frame`] and [`Pose::frames`] are for users. The functions are the kernels below them, for whoever computes with
+//! [`Frame`]s of any scalar: they take ids of the rig's own joints and panic on others, as a slice does on an index.
 
 use glam::DVec3;
 
+use crate::foreign::ForeignJoint;
 use crate::frame::{Frame, Rotation, Vec3};
 use crate::joint::{JointId, JointMotion};
+use crate::joint_frame::JointFrame;
 use crate::pose::Pose;
 use crate::rig::{ROOT, Rig};
 use crate::scalar::Scalar;
@@ -178,46 +183,52 @@ pub fn with_ancestors(rig: &Rig, joints: &[JointId]) -> Vec<JointId> {
     rig.ids().filter(|j| needed[j.index()]).collect()
 }
 
+/// `frame := frame · motion` of one joint in a pose, followers included.
+pub fn apply_motion_in(pose: &Pose, joint: JointId, frame: &mut Frame<f64>) {
+    let (data, kernel) = (&pose.rig().joints()[joint.index()], &pose.rig().kernels()[joint.index()]);
+    let coords = &pose.coords()[kernel.coord as usize..];
+    match kernel.mimic {
+        Some((multiplier, offset)) => {
+            apply_motion::<f64, false>(&data.motion, &[coords[0] * multiplier + offset], frame, &mut []);
+        }
+        None => apply_motion::<f64, false>(&data.motion, coords, frame, &mut []),
+    }
+}
+
 impl Pose {
-    /// World frames of all joints.
+    /// Where every joint is in the world, by the order of [`Rig::joints`].
+    ///
+    /// In a loop that must not allocate, [`forward`] computes the same into memory of the caller's.
     #[must_use]
-    pub fn frames(&self) -> Vec<Frame<f64>> {
+    pub fn frames(&self) -> Vec<JointFrame> {
+        self.kernel_frames().into_iter().map(JointFrame::from).collect()
+    }
+
+    /// Where a joint is in the world, `world_from_joint`. Only its ancestors are computed.
+    ///
+    /// # Errors
+    /// For the id of another, larger rig.
+    pub fn frame(&self, joint: JointId) -> Result<JointFrame, ForeignJoint> {
+        self.rig().own(joint)?;
+        Ok(self.kernel_frame(joint).into())
+    }
+
+    /// All frames, as the kernels have them.
+    pub(crate) fn kernel_frames(&self) -> Vec<Frame<f64>> {
         let mut frames = vec![Frame::identity(); self.rig().n_joints()];
-        self.frames_into(&mut frames);
+        forward(self.rig(), self.coords(), &mut frames);
         frames
     }
 
-    /// World frames of all joints, into the caller's memory ([`Rig::n_joints`] entries).
-    pub fn frames_into(&self, frames: &mut [Frame<f64>]) {
-        forward(self.rig(), self.coords(), frames);
-    }
-
-    /// `world_from_joint` of one joint: only its ancestors are computed. The identity for the id of another,
-    /// larger rig.
-    #[must_use]
-    pub fn frame(&self, joint: JointId) -> Frame<f64> {
+    /// The frame of a joint of the rig's own.
+    pub(crate) fn kernel_frame(&self, joint: JointId) -> Frame<f64> {
         // A path is short: collected here so that it can be walked from the root.
         let path: Vec<JointId> = self.rig().ancestors(joint).collect();
         let mut frame = Frame::identity();
         for joint in path.into_iter().rev() {
             frame = rest_frame(self.rig(), joint, &frame);
-            self.apply_motion_to(joint, &mut frame);
+            apply_motion_in(self, joint, &mut frame);
         }
         frame
-    }
-
-    /// `frame := frame · motion` of one joint in this pose, followers included.
-    pub fn apply_motion_to(&self, joint: JointId, frame: &mut Frame<f64>) {
-        let (Some(data), Some(kernel)) = (self.rig().get(joint), self.rig().kernels().get(joint.index()))
-        else {
-            return;
-        };
-        let coords = &self.coords()[kernel.coord as usize..];
-        match kernel.mimic {
-            Some((multiplier, offset)) => {
-                apply_motion::<f64, false>(&data.motion, &[coords[0] * multiplier + offset], frame, &mut []);
-            }
-            None => apply_motion::<f64, false>(&data.motion, coords, frame, &mut []),
-        }
     }
 }

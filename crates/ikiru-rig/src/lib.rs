@@ -6,6 +6,10 @@
 //!
 //! This crate knows no file and no solver.
 //!
+//! An id that is no joint of the rig is answered in one of three ways, everywhere: a number, a rotation, a frame is a
+//! [`ForeignJoint`] error and never made up, and so is a change; what may be absent is `None`; what a joint has any number of
+//! (its coordinates, its ancestors) is empty. Only the kernels in [`kinematics`] take their ids on trust, as a slice does.
+//!
 //! ```
 //! use ikiru_rig::{Joint, JointMotion, Range, RigBuilder};
 //! use glam::DVec3;
@@ -25,7 +29,7 @@
 //!
 //! let mut pose = rig.rest_pose();
 //! pose.set_value(elbow, -1.5_f64.to_radians() * 60.0)?;
-//! assert!((pose.frame(hand).origin.value() - DVec3::new(0.3, 0.0, 0.25)).length() < 1e-12);
+//! assert!((pose.frame(hand)?.position - DVec3::new(0.3, 0.0, 0.25)).length() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -33,8 +37,10 @@
 
 mod clip;
 mod dual;
+mod foreign;
 mod frame;
 mod joint;
+mod joint_frame;
 mod lanes;
 mod limit;
 mod name;
@@ -51,15 +57,17 @@ pub mod humanoid;
 pub mod kinematics;
 pub mod maths;
 
-pub use body::Segment;
+pub use body::{CollisionShape, Segment, ShapeKind};
 pub use clip::{
     Clip, ClipError, ClipMeasure, LimitMargin, Margin, Peak, Rate, RateExcess, RateLimit, RatePart,
     RateSummaries, RateSummary, Rates, Retimed,
 };
 pub use dual::Dual;
+pub use foreign::ForeignJoint;
 pub use frame::{Frame, Rotation, Vec3};
 pub use humanoid::Role;
 pub use joint::{EulerOrder, Joint, JointId, JointMotion, Mimic};
+pub use joint_frame::JointFrame;
 pub use lanes::{LaneScalar, Lanes};
 pub use limit::{Cone, ConeCentre, ConeError, ConeNormal, Range, TangentBox};
 pub use name::{UnknownName, unknown as unknown_name};

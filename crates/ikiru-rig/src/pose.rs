@@ -2,7 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::joint::{JointId, JointMotion};
+use crate::foreign::ForeignJoint;
+use crate::joint::{Joint, JointId, JointMotion};
 use crate::limit::Cone;
 use crate::maths;
 use crate::rig::Rig;
@@ -53,8 +54,8 @@ pub enum PoseError {
     #[error("joint '{0}': the value must be finite, a rotation not of length 0")]
     Value(String),
     /// The id of a joint of another rig.
-    #[error("the rig has no joint {0}")]
-    NoJoint(usize),
+    #[error(transparent)]
+    NoJoint(#[from] ForeignJoint),
     /// The root of the body is to translate, and does not float.
     #[error("the rig's root does not float: a root that does comes of RigBuilder::free_root")]
     NoFloatingRoot,
@@ -139,18 +140,9 @@ impl Pose {
                 .all(|at| (DQuat::from_slice(&self.coords[at..at + 4]).length_squared() - 1.0).abs() < 2e-6)
     }
 
-    fn data(&self, joint: JointId) -> Result<&crate::joint::Joint, PoseError> {
-        self.rig.get(joint).ok_or(PoseError::NoJoint(joint.index()))
-    }
-
-    fn no(&self, joint: JointId, wanted: &'static str) -> PoseError {
-        match self.data(joint) {
-            Ok(data) => {
-                let motion = if data.mimic.is_some() { "a follower of another" } else { data.motion.name() };
-                PoseError::Kind { joint: data.name.clone(), motion, wanted }
-            }
-            Err(error) => error,
-        }
+    fn no(joint: &Joint, wanted: &'static str) -> PoseError {
+        let motion = if joint.mimic.is_some() { "a follower of another" } else { joint.motion.name() };
+        PoseError::Kind { joint: joint.name.clone(), motion, wanted }
     }
 
     /// Where the quaternion of a ball or free joint starts.
@@ -164,7 +156,8 @@ impl Pose {
         }
     }
 
-    /// The angle (radians) or offset (metres) of a hinge or slider, a follower's included.
+    /// The angle (radians) or offset (metres) of a hinge or slider, a follower's included. `None` for other joints, and for
+    /// the id of another, larger rig.
     #[must_use]
     pub fn value(&self, joint: JointId) -> Option<f64> {
         let (data, kernel) = (self.rig.get(joint)?, self.rig.kernels().get(joint.index())?);
@@ -177,9 +170,9 @@ impl Pose {
     /// # Errors
     /// When the joint has no such value, follows another, or the value is not finite.
     pub fn set_value(&mut self, joint: JointId, value: f64) -> Result<(), PoseError> {
-        let data = self.data(joint)?;
+        let data = self.rig.own(joint)?;
         if !data.motion.is_scalar() || data.mimic.is_some() {
-            return Err(self.no(joint, "angle or offset"));
+            return Err(Self::no(data, "angle or offset"));
         }
         if !value.is_finite() {
             return Err(PoseError::Value(data.name.clone()));
@@ -189,7 +182,7 @@ impl Pose {
         Ok(())
     }
 
-    /// The angles (x, y, z) of an Euler joint, radians.
+    /// The angles (x, y, z) of an Euler joint, radians. `None` for other joints, and for the id of another, larger rig.
     #[must_use]
     pub fn euler(&self, joint: JointId) -> Option<[f64; 3]> {
         let JointMotion::Euler { .. } = self.rig.get(joint)?.motion else { return None };
@@ -201,8 +194,8 @@ impl Pose {
     /// # Errors
     /// When the joint is not Euler or an angle is not finite.
     pub fn set_euler(&mut self, joint: JointId, angles: [f64; 3]) -> Result<(), PoseError> {
-        let data = self.data(joint)?;
-        let JointMotion::Euler { .. } = data.motion else { return Err(self.no(joint, "Euler angles")) };
+        let data = self.rig.own(joint)?;
+        let JointMotion::Euler { .. } = data.motion else { return Err(Self::no(data, "Euler angles")) };
         if angles.iter().any(|a| !a.is_finite()) {
             return Err(PoseError::Value(data.name.clone()));
         }
@@ -212,10 +205,17 @@ impl Pose {
     }
 
     /// The rotation of a joint's motion, on top of its rest rotation; the identity for one that does not rotate.
-    #[must_use]
-    pub fn rotation(&self, joint: JointId) -> DQuat {
-        let Some(data) = self.rig.get(joint) else { return DQuat::IDENTITY };
-        match data.motion {
+    ///
+    /// # Errors
+    /// For the id of another, larger rig.
+    pub fn rotation(&self, joint: JointId) -> Result<DQuat, ForeignJoint> {
+        self.rig.own(joint)?;
+        Ok(self.rotation_of(joint))
+    }
+
+    /// The same of a joint of the rig's own.
+    pub(crate) fn rotation_of(&self, joint: JointId) -> DQuat {
+        match self.rig.joints()[joint.index()].motion {
             JointMotion::Hinge { axis, .. } => maths::turn_about(axis, self.value(joint).unwrap_or(0.0)),
             JointMotion::Euler { order, .. } => order.quaternion(self.euler(joint).unwrap_or_default()),
             JointMotion::Ball { .. } | JointMotion::Free { .. } => {
@@ -232,21 +232,29 @@ impl Pose {
     /// # Errors
     /// When the joint has no rotation to set, or the value is not finite.
     pub fn set_rotation(&mut self, joint: JointId, rotation: DQuat) -> Result<(), PoseError> {
-        let data = self.data(joint)?;
+        let data = self.rig.own(joint)?;
         let unit = maths::unit_quaternion(rotation).ok_or_else(|| PoseError::Value(data.name.clone()))?;
         if let JointMotion::Euler { order, .. } = data.motion {
             return self.set_euler(joint, order.angles(unit));
         }
-        let at = self.quaternion_slot(joint).ok_or_else(|| self.no(joint, "rotation"))?;
+        let at = self.quaternion_slot(joint).ok_or_else(|| Self::no(data, "rotation"))?;
         self.coords[at..at + 4].copy_from_slice(&unit.to_array());
         Ok(())
     }
 
-    /// The translation of a joint's motion, in its parent's frame after the rest transform (metres).
-    #[must_use]
-    pub fn translation(&self, joint: JointId) -> DVec3 {
-        let Some(data) = self.rig.get(joint) else { return DVec3::ZERO };
-        match data.motion {
+    /// The translation of a joint's motion, in its parent's frame after the rest transform (metres); zero for one that does
+    /// not translate.
+    ///
+    /// # Errors
+    /// For the id of another, larger rig.
+    pub fn translation(&self, joint: JointId) -> Result<DVec3, ForeignJoint> {
+        self.rig.own(joint)?;
+        Ok(self.translation_of(joint))
+    }
+
+    /// The same of a joint of the rig's own.
+    pub(crate) fn translation_of(&self, joint: JointId) -> DVec3 {
+        match self.rig.joints()[joint.index()].motion {
             JointMotion::Free { .. } => DVec3::from_slice(&self.coords[self.rig.coords_of(joint)]),
             JointMotion::Slider { axis, .. } => axis * self.value(joint).unwrap_or(0.0),
             JointMotion::Fixed
@@ -261,8 +269,8 @@ impl Pose {
     /// # Errors
     /// When the joint is not free or the value is not finite.
     pub fn set_translation(&mut self, joint: JointId, translation: DVec3) -> Result<(), PoseError> {
-        let data = self.data(joint)?;
-        let JointMotion::Free { .. } = data.motion else { return Err(self.no(joint, "translation")) };
+        let data = self.rig.own(joint)?;
+        let JointMotion::Free { .. } = data.motion else { return Err(Self::no(data, "translation")) };
         if !translation.is_finite() {
             return Err(PoseError::Value(data.name.clone()));
         }
@@ -357,19 +365,26 @@ impl Pose {
     /// hold.
     #[must_use]
     pub fn limit_violation(&self) -> f64 {
-        self.rig.ids().map(|j| self.limit_violation_of(j)).fold(0.0, f64::max)
+        self.rig.ids().map(|j| self.violation(j)).fold(0.0, f64::max)
     }
 
     /// How far one joint lies outside its limits, in radians or metres; 0 inside.
-    #[must_use]
-    pub fn limit_violation_of(&self, joint: JointId) -> f64 {
-        let Some(data) = self.rig.get(joint) else { return 0.0 };
+    ///
+    /// # Errors
+    /// For the id of another, larger rig.
+    pub fn limit_violation_of(&self, joint: JointId) -> Result<f64, ForeignJoint> {
+        self.rig.own(joint)?;
+        Ok(self.violation(joint))
+    }
+
+    pub(crate) fn violation(&self, joint: JointId) -> f64 {
+        let data = &self.rig.joints()[joint.index()];
         if data.mimic.is_some() {
             return self.value(joint).map_or(0.0, |v| data.motion.ranges()[0].distance(v));
         }
         let coords = &self.coords[self.rig.coords_of(joint)];
         let angles = data.motion.ranges().iter().zip(coords).map(|(r, c)| r.distance(*c)).fold(0.0, f64::max);
-        let cone = data.motion.cone().map_or([0.0; 2], |cone| cone.distance(self.rotation(joint)));
+        let cone = data.motion.cone().map_or([0.0; 2], |cone| cone.distance(self.rotation_of(joint)));
         angles.max(cone[0]).max(cone[1])
     }
 }

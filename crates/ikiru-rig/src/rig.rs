@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
+use crate::foreign::ForeignJoint;
 use crate::frame::Rotation;
 use crate::humanoid::Role;
 use crate::joint::{Joint, JointId, JointMotion};
@@ -81,6 +82,11 @@ impl Rig {
         self.0.joints.get(joint.index())
     }
 
+    /// The joint's data, or the error for the id of another, larger rig.
+    pub(crate) fn own(&self, joint: JointId) -> Result<&Joint, ForeignJoint> {
+        self.get(joint).ok_or(ForeignJoint { joint: joint.index(), n_joints: self.n_joints() })
+    }
+
     /// All ids, parents first.
     pub fn ids(&self) -> impl DoubleEndedIterator<Item = JointId> + ExactSizeIterator + use<> {
         (0..self.0.joints.len()).map(JointId::from_index)
@@ -104,7 +110,8 @@ impl Rig {
         self.0.n_dofs
     }
 
-    /// Where a joint's coordinates lie in [`Pose::coords`]; empty for one that follows another.
+    /// Where a joint's coordinates lie in [`Pose::coords`]; empty for one that follows another,
+    /// and for the id of another, larger rig.
     #[must_use]
     pub fn coords_of(&self, joint: JointId) -> std::ops::Range<usize> {
         let (Some(data), Some(kernel)) = (self.get(joint), self.0.kernels.get(joint.index())) else {
@@ -114,7 +121,8 @@ impl Rig {
         start..start + data.n_coords()
     }
 
-    /// Where a joint's degrees of freedom lie in a tangent; empty for one that follows another.
+    /// Where a joint's degrees of freedom lie in a tangent; empty for one that follows another, and
+    /// for the id of another, larger rig.
     #[must_use]
     pub fn dofs_of(&self, joint: JointId) -> std::ops::Range<usize> {
         let (Some(data), Some(kernel)) = (self.get(joint), self.0.kernels.get(joint.index())) else {
@@ -167,7 +175,7 @@ impl Rig {
         Ok(chain)
     }
 
-    /// The joint itself, its parent, and so on up to the root.
+    /// The joint itself, its parent, and so on up to the root; nothing for the id of another, larger rig.
     pub fn ancestors(&self, joint: JointId) -> impl Iterator<Item = JointId> + '_ {
         let start = self.get(joint).map(|_| joint);
         std::iter::successors(start, |j| self.0.joints[j.index()].parent)
@@ -197,7 +205,7 @@ impl Rig {
     /// tolerances by. At least 1e-3.
     #[must_use]
     pub fn size(&self) -> f64 {
-        let frames = self.rest_pose().frames();
+        let frames = self.rest_pose().kernel_frames();
         let origin = frames.first().map_or(DVec3::ZERO, |f| f.origin.value());
         frames.iter().map(|f| f.origin.value().distance(origin)).fold(1e-3, f64::max)
     }
@@ -272,6 +280,9 @@ pub enum RigError {
         /// What is in the way.
         reason: &'static str,
     },
+    /// The id of a joint that the builder does not hold.
+    #[error(transparent)]
+    NoJoint(#[from] ForeignJoint),
     /// There is no joint that could float.
     #[error("no joint of this rig moves, so none can be a free root")]
     NoRoot,
@@ -349,12 +360,15 @@ impl RigBuilder {
         &mut self.joints
     }
 
-    /// Changes how a joint moves. An id that the builder does not hold changes nothing.
-    pub fn set_motion(&mut self, joint: JointId, motion: JointMotion) -> &mut Self {
-        if let Some(joint) = self.joints.get_mut(joint.index()) {
-            joint.motion = motion;
-        }
-        self
+    /// Changes how a joint moves, and with it its limits.
+    ///
+    /// # Errors
+    /// An id that the builder does not hold; nothing is changed then.
+    pub fn set_motion(&mut self, joint: JointId, motion: JointMotion) -> Result<&mut Self, ForeignJoint> {
+        let n_joints = self.joints.len();
+        let of = self.joints.get_mut(joint.index());
+        of.ok_or(ForeignJoint { joint: joint.index(), n_joints })?.motion = motion;
+        Ok(self)
     }
 
     /// Validates everything once.

@@ -56,7 +56,7 @@ impl Pose {
         let Some(root) = self.rig().floating_root() else { return DVec3::ZERO };
         let turn = self.rig().world_from_translation(root);
         // A turn by nothing keeps the bits.
-        if turn == DQuat::IDENTITY { self.translation(root) } else { turn * self.translation(root) }
+        if turn == DQuat::IDENTITY { self.translation_of(root) } else { turn * self.translation_of(root) }
     }
 
     /// Moves the root of the body so far from where it is at rest: metres along the axes of the world.

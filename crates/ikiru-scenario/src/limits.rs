@@ -205,7 +205,8 @@ pub(crate) fn limited(
             let (place, first, second) = ("[limits]".to_owned(), (*first).to_owned(), name.clone());
             return Err(at.key_error(ErrorKind::Twice { place, first, second }));
         }
-        builder.set_motion(joint, keys.motion(rig, joint, &at)?);
+        let motion = keys.motion(rig, joint, &at)?;
+        builder.set_motion(joint, motion).map_err(|e| at.error(ErrorKind::Limits(e.into())))?;
         seen.push(((joint, at), name));
     }
     let seen: Vec<Limited<'_>> = seen.into_iter().map(|(limited, _)| limited).collect();

@@ -390,10 +390,9 @@ pub(crate) fn warn_of_what_begins_elsewhere(
         }
         let Some(reach) = term.objective().reach() else { continue };
         let Some(joint) = objective.joint else { continue };
+        let Ok(frame) = start.frame(joint) else { continue };
         let target = objective.path.as_ref().map_or(reach.target, |path| path.at(0.0));
-        let frame = start.frame(joint);
-        let point = frame.origin.value() + frame.rotation.quaternion() * reach.point;
-        let distance = point.distance(target);
+        let distance = frame.point(reach.point).distance(target);
         if distance > objective.tolerance.metres {
             let joint = name_of(start.rig(), joint).to_owned();
             warnings.push(Warning::AwayAtStart { objective: idx + 1, kind: objective.kind, joint, distance });

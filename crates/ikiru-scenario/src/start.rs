@@ -149,7 +149,7 @@ fn inside(mut pose: Pose, of: impl Fn(JointId) -> ScenarioPose, warnings: &mut V
     pose.project();
     let rig = wanted.rig();
     for joint in rig.ids() {
-        let distance = wanted.limit_violation_of(joint);
+        let Ok(distance) = wanted.limit_violation_of(joint) else { continue };
         if distance > 1e-9 {
             let is_slider = matches!(rig.get(joint).map(|j| j.motion), Some(JointMotion::Slider { .. }));
             let (pose, joint) = (of(joint), name_of(rig, joint).to_owned());

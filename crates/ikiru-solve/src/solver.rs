@@ -292,11 +292,10 @@ mod tests {
             for case in 0..40 {
                 let rig = random_rig(2 + random.below(16), case);
                 let joint = ikiru_rig::JointId::from_index(rig.n_joints() - 1);
-                let frame = random_pose(&rig, &mut random).frame(joint);
+                let frame = random_pose(&rig, &mut random).frame(joint).unwrap();
                 let mut problem = Problem::whole_body(&rig);
                 // Out of reach for some, so that limits are met.
-                let (position, rotation) =
-                    (glam::DVec3::from(frame.origin) * 1.3, frame.rotation.quaternion());
+                let (position, rotation) = (frame.position * 1.3, frame.rotation);
                 problem.add(1.0, PoseTarget::new(joint, position, rotation));
                 let search = if case % 2 == 0 { Search::Local } else { Search::Global { max_restarts: 2 } };
                 let options =

@@ -32,7 +32,7 @@ pub fn swing_and_twist(cone: &Cone, l: DQuat) -> (DVec2, f64) {
 pub fn cone_excess(pose: &Pose, joint: JointId) -> f64 {
     let data = &pose.rig().joints()[joint.index()];
     let Some(cone) = data.motion.cone() else { return 0.0 };
-    let l = limited_rotation(cone, data.rest_rotation, pose.rotation(joint));
+    let l = limited_rotation(cone, data.rest_rotation, pose.rotation(joint).unwrap());
     let (swing, twist) = swing_and_twist(cone, l);
     let widths = DVec2::from(cone.swing());
     let beyond = if widths.min_element() > 0.0 {

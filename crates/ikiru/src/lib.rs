@@ -65,9 +65,9 @@
 //! let loaded = formats::read("builtin:human")?;
 //! let mut builder = loaded.rig.to_builder();
 //! let cone = Cone::new(DVec3::X, [100_f64.to_radians(), 90_f64.to_radians()], Range::degrees(-60.0, 60.0))?;
-//! builder.set_motion(loaded.rig.joint("leftUpperArm")?, JointMotion::Ball { cone: Some(cone) });
+//! builder.set_motion(loaded.rig.joint("leftUpperArm")?, JointMotion::Ball { cone: Some(cone) })?;
 //! let elbow = [Range::degrees(-80.0, 80.0), Range::degrees(-145.0, 0.0), Range::degrees(0.0, 0.0)];
-//! builder.set_motion(loaded.rig.joint("leftLowerArm")?, JointMotion::Euler { order: EulerOrder::Zyx, ranges: elbow });
+//! builder.set_motion(loaded.rig.joint("leftLowerArm")?, JointMotion::Euler { order: EulerOrder::Zyx, ranges: elbow })?;
 //! let loaded = loaded.with_rig(builder.build()?)?; // so that its poses can be written
 //! assert_eq!(loaded.rig.rest_pose().limit_violation(), 0.0);
 //! # Ok(())
@@ -102,7 +102,7 @@
 //!
 //! let still = Clip::still(rig.rest_pose());
 //! let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default());
-//! assert!(planned.report.success && planned.clip.peak_speed(elbow, RatePart::Rotation).value <= most);
+//! assert!(planned.report.success && planned.clip.peak_speed(elbow, RatePart::Rotation)?.value <= most);
 //! # Ok(())
 //! # }
 //! ```

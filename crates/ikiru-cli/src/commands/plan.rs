@@ -221,7 +221,8 @@ fn text(
         line(key, words);
     }
     let (n, secs) = (clip.poses().len(), clip.duration_secs());
-    let peak = |rate| clip.rates(rate).summary(&motion.active, RatePart::Rotation).peak.to_degrees();
+    let measured = |rate| clip.rates(rate).summary(&motion.active, RatePart::Rotation).unwrap_or_default();
+    let peak = |rate| measured(rate).peak.to_degrees();
     let peaks = format!("peak speed {:.0}°/s, peak jerk {:.0}°/s³", peak(Rate::Speed), peak(Rate::Jerk));
     line("motion", format!("{n} frames over {} s, {peaks}", short(secs)));
     output::printable(&text).into_owned()

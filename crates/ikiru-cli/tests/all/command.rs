@@ -39,15 +39,15 @@ fn demo_writes_a_file_that_reads_back_as_the_reported_pose() {
     }
     // And the objectives are met there, which is computed from the file alone.
     let pose = written.rig.rest_pose();
-    let frame = |name: &str| pose.frame(written.rig.joint(name).unwrap());
+    let frame = |name: &str| pose.frame(written.rig.joint(name).unwrap()).unwrap();
     let target = DVec3::from_slice(&numbers(&report["objectives"][0]["target"]));
-    let tip = frame("leftIndexDistal").rotation.quaternion() * DVec3::new(0.022, 0.0, 0.0);
-    assert!((frame("leftIndexDistal").origin.value() + tip).distance(target) < 1e-3);
-    assert!((frame("leftHand").rotation.quaternion() * DVec3::NEG_Y).angle_between(DVec3::NEG_Y) < 0.035);
-    let gaze = target - frame("head").origin.value();
-    assert!((frame("head").rotation.quaternion() * DVec3::Z).angle_between(gaze) < 0.035);
+    let tip = frame("leftIndexDistal").rotation * DVec3::new(0.022, 0.0, 0.0);
+    assert!((frame("leftIndexDistal").position + tip).distance(target) < 1e-3);
+    assert!((frame("leftHand").rotation * DVec3::NEG_Y).angle_between(DVec3::NEG_Y) < 0.035);
+    let gaze = target - frame("head").position;
+    assert!((frame("head").rotation * DVec3::Z).angle_between(gaze) < 0.035);
     // The right arm hangs where the start has it.
-    assert!(frame("rightHand").origin.value().y < 0.95);
+    assert!(frame("rightHand").position.y < 0.95);
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn what_is_in_the_way_is_told_with_shares_and_what_would_help() {
     let (report, spoken) = solve(&far);
     let rig = ikiru_formats::builtin("human").unwrap().rig;
     let pose = rig.rest_pose();
-    let at = |name: &str| pose.frame(rig.joint(name).unwrap()).origin.value();
+    let at = |name: &str| pose.frame(rig.joint(name).unwrap()).unwrap().position;
     let [shoulder, elbow, hand] = ["leftUpperArm", "leftLowerArm", "leftHand"].map(at);
     let length = shoulder.distance(elbow) + elbow.distance(hand);
     let missing = DVec3::new(2.0, 1.1, 0.3).distance(shoulder) - length;
@@ -299,7 +299,9 @@ fn a_motion_goes_from_format_to_format_and_onto_a_character() {
         .poses()
         .iter()
         .map(|pose| {
-            pose.frame(again.rig.joint("Hips").or(again.rig.joint("mixamorig:Hips")).unwrap()).origin.value()
+            pose.frame(again.rig.joint("Hips").or(again.rig.joint("mixamorig:Hips")).unwrap())
+                .unwrap()
+                .position
         })
         .collect();
     let way: f64 = hips.windows(2).map(|pair| pair[0].distance(pair[1])).sum();

@@ -33,7 +33,7 @@ fn apart(report: &Value) -> f64 {
         let turn = glam::DQuat::from_slice(&numbers(&value["rotation"]));
         pose.set_rotation(rig.joint(name).unwrap(), turn).unwrap();
     }
-    let at = |name| pose.frame(rig.joint(name).unwrap()).origin.value();
+    let at = |name| pose.frame(rig.joint(name).unwrap()).unwrap().position;
     at("leftHand").distance(at("head"))
 }
 

@@ -36,7 +36,7 @@ fn with_scenario() -> tempfile::TempDir {
 
 fn hand_at_the_end(loaded: &Loaded) -> DVec3 {
     let pose = loaded.clips[0].poses().last().unwrap();
-    pose.frame(loaded.rig.joint("leftHand").unwrap()).origin.value()
+    pose.frame(loaded.rig.joint("leftHand").unwrap()).unwrap().position
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn planning_again_shows_the_new_motion_and_keeps_one() {
     assert!(said.contains("1 animation of the file left out"), "{said}");
     let posed = read(at("posed.vrm")).unwrap();
     assert!(posed.clips.is_empty());
-    let hand = posed.rig.rest_pose().frame(posed.rig.joint("leftHand").unwrap()).origin.value();
+    let hand = posed.rig.rest_pose().frame(posed.rig.joint("leftHand").unwrap()).unwrap().position;
     assert!(hand.distance(DVec3::new(0.9, 1.3, 0.8)) < 0.002, "{hand}");
 }
 
@@ -152,6 +152,6 @@ fn a_motion_in_json_keeps_the_scale_of_its_rig() {
     // A body that was read as BVH is written in the unit of its file.
     let again = ikiru_formats::read_scaled(folder.path().join("again.bvh"), 0.05).unwrap();
     let hips = again.rig.joint("hips").unwrap();
-    let [first, last] = [0, 1].map(|pose| again.clips[0].poses()[pose].frame(hips).origin.value());
+    let [first, last] = [0, 1].map(|pose| again.clips[0].poses()[pose].frame(hips).unwrap().position);
     assert!((last - first - DVec3::new(0.0, 0.0, 2.0)).length() < 1e-9, "{first} to {last}");
 }

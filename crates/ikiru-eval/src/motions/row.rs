@@ -82,7 +82,7 @@ impl Row {
             peak_jerk_deg: measure.rotation.jerk.peak.to_degrees(),
             total_jerk: measure.rotation.jerk.integral,
             path_joint: path_of.and_then(name),
-            path_length: path_of.map(|joint| clip.path_length(joint)),
+            path_length: path_of.and_then(|joint| clip.path_length(joint).ok()),
             limit_margin_deg: measure.limit_margin.rotation.map(|margin| margin.value.to_degrees()),
             limit_margin_joint: measure.limit_margin.rotation.and_then(|margin| name(margin.joint)),
             part_of_limit: part_of_limit(clip, limits),
@@ -97,7 +97,7 @@ fn end_speed(clip: &Clip, active: &[JointId]) -> f64 {
     let speeds = clip.rates(Rate::Speed);
     let ends = |joint: &JointId| {
         let last = speeds.times().len().saturating_sub(1);
-        let of_joint: Vec<f64> = speeds.of_joint(*joint, RatePart::Rotation).collect();
+        let of_joint = speeds.of_joint(*joint, RatePart::Rotation).map(Vec::from_iter).unwrap_or_default();
         [0, last].map(|idx| of_joint.get(idx).copied().unwrap_or_default())
     };
     active.iter().flat_map(ends).fold(0.0, f64::max)
@@ -110,7 +110,7 @@ fn part_of_limit(clip: &Clip, limits: &[RateLimit]) -> Option<f64> {
             Rate::Speed => clip.peak_speed(limit.joint, limit.part),
             _ => clip.peak_acceleration(limit.joint, limit.part),
         };
-        peak.value / limit.most
+        Some(peak.ok()?.value / limit.most)
     };
-    limits.iter().map(part).reduce(f64::max)
+    limits.iter().filter_map(part).reduce(f64::max)
 }

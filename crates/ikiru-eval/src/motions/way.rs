@@ -119,5 +119,6 @@ pub(super) fn limits(plan: &Clip, active: &[JointId], own: &[RateLimit]) -> Vec<
 
 /// The speed of the fastest of some joints on the curve of [`Clip::sample_cubic`], in rad/s or m/s.
 pub(super) fn peak_speed(clip: &Clip, joints: &[JointId], part: RatePart) -> f64 {
-    joints.iter().map(|joint| clip.peak_speed(*joint, part).value).fold(0.0, f64::max)
+    let peaks = joints.iter().filter_map(|joint| clip.peak_speed(*joint, part).ok());
+    peaks.map(|peak| peak.value).fold(0.0, f64::max)
 }

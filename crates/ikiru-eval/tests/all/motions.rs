@@ -201,7 +201,7 @@ fn a_key_that_is_missed_is_too_far_for_its_limit() {
             let value = motion.start.value(*joint).unwrap();
             let JointMotion::Hinge { axis, .. } = motion.rig.get(*joint).unwrap().motion else { panic!() };
             let range = Range { min: value - turn, max: value + turn };
-            builder.set_motion(*joint, JointMotion::Hinge { axis, range });
+            builder.set_motion(*joint, JointMotion::Hinge { axis, range }).unwrap();
         }
         let rig = builder.build().unwrap();
         let (tip, world) = (rig.joint("panda_link8").unwrap(), motion.loaded.world_from_file());

@@ -244,7 +244,7 @@ fn check_height(rig: &Rig, clip: Option<&Clip>, scale: f64, warnings: &mut Warni
 }
 
 fn height(pose: &Pose) -> f64 {
-    let heights = pose.frames().into_iter().map(|f| f.origin.y);
+    let heights = pose.frames().into_iter().map(|f| f.position.y);
     let (min, max) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
     max - min
 }

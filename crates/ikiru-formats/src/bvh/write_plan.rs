@@ -217,7 +217,7 @@ impl JointPlan {
     ) -> Local {
         let Some(joint) = pose.rig().get(id) else { return Local { position: [0.0; 3], angles: [0.0; 3] } };
         let (rotation, translation) = rest;
-        let position = translation + rotation * pose.translation(id);
+        let position = translation + rotation * pose.translation(id).unwrap_or_default();
         let is_turned = is_turned(rotation);
         let value = pose.value(id).unwrap_or_default();
         let angles = if let JointMotion::Euler { order, .. } = joint.motion
@@ -234,7 +234,12 @@ impl JointPlan {
             angles
         } else {
             let present = std::array::from_fn(|axis| self.channels.contains(Channel::rotation(axis as u8)));
-            nearest(self.order, (rotation * pose.rotation(id)).normalize(), present, before)
+            nearest(
+                self.order,
+                (rotation * pose.rotation(id).unwrap_or_default()).normalize(),
+                present,
+                before,
+            )
         };
         Local { position: (position / scale).to_array(), angles }
     }

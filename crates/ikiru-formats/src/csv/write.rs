@@ -101,7 +101,8 @@ fn joint(columns: &mut Vec<Column>, clip: &Clip, rig: &Rig, id: JointId, root: O
             let rotations = aligned_rotations(clip, id).map(|q| q.to_array());
             several(columns, name, ["x", "y", "z", "w"], rotations);
             if matches!(joint.motion, JointMotion::Free { .. }) && Some(id) != root {
-                let translations = clip.poses().iter().map(|pose| pose.translation(id).to_array());
+                let translations =
+                    clip.poses().iter().map(|pose| pose.translation(id).unwrap_or_default().to_array());
                 several(columns, &format!("{name}.translation"), ["x", "y", "z"], translations);
             }
         }

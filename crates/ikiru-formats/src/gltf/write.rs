@@ -63,7 +63,7 @@ fn posed(loaded: &Loaded, source: &Source, pose: &Pose, container: Container) ->
     let mut out = Output::new(source)?;
     let mut moves = false;
     for (id, binding) in loaded.rig.ids().zip(&source.bindings) {
-        let (rotation, translation) = (pose.rotation(id), pose.translation(id));
+        let (Ok(rotation), Ok(translation)) = (pose.rotation(id), pose.translation(id)) else { continue };
         if rotation.w.abs() == 1.0 && translation == glam::DVec3::ZERO {
             continue;
         }

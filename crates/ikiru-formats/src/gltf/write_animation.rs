@@ -94,7 +94,8 @@ pub(crate) fn key_times(clip: &Clip) -> (Vec<f32>, Vec<usize>) {
 
 fn rotations(loaded: &Loaded, clip: &Clip, keys: &[usize], id: JointId, always: bool) -> Option<Track> {
     let binding = loaded.source()?.bindings.get(id.index())?;
-    let motions = || keys.iter().filter_map(|key| clip.poses().get(*key)).map(|pose| pose.rotation(id));
+    let motions =
+        || keys.iter().filter_map(|key| clip.poses().get(*key)).filter_map(|pose| pose.rotation(id).ok());
     if !always && motions().all(|q| q.w.abs() == 1.0) {
         return None;
     }
@@ -118,12 +119,17 @@ fn translations(loaded: &Loaded, clip: &Clip, keys: &[usize], id: JointId) -> Re
     let (Some(binding), Some(joint)) = (binding, joint) else { return Ok(None) };
     let poses = || keys.iter().filter_map(|key| clip.poses().get(*key));
     let translates = matches!(joint.motion, JointMotion::Free { .. } | JointMotion::Slider { .. });
-    if !translates || poses().all(|pose| pose.translation(id) == DVec3::ZERO) {
+    if !translates || poses().all(|pose| pose.translation(id).unwrap_or_default() == DVec3::ZERO) {
         return Ok(None);
     }
     let mut values = Vec::with_capacity(keys.len().saturating_mul(3));
     for pose in poses() {
-        values.extend(in_32_bits(node_translation(loaded, id, binding, pose.translation(id)))?);
+        values.extend(in_32_bits(node_translation(
+            loaded,
+            id,
+            binding,
+            pose.translation(id).unwrap_or_default(),
+        ))?);
     }
     Ok(Some(Track { node: binding.node, path: "translation", values }))
 }

@@ -159,8 +159,8 @@ impl Frames<'_> {
         let (Some(pose), before) = (rest.first_mut(), before.last()) else { return Ok(()) };
         let differs = |a: DQuat, b: DQuat| rotation_vector(a.inverse() * b).length() > SAME_TURN;
         if self.has_angles[id.index()] {
-            let differs = differs(pose.rotation(id), rotation);
-            return if differs { Err("the rotation that its \"angles\" give") } else { Ok(()) };
+            let is_same = pose.rotation(id).is_ok_and(|own| !differs(own, rotation));
+            return if is_same { Ok(()) } else { Err("the rotation that its \"angles\" give") };
         }
         // What is set is finite, and the joint has it.
         let set = match joint.motion {

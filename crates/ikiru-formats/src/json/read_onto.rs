@@ -1,6 +1,6 @@
 //! JSON → a motion of a rig whose joints are made such that they can move so.
 
-use ikiru_rig::{EulerOrder, JointMotion, Range, Rig};
+use ikiru_rig::{EulerOrder, JointMotion, Range, Rig, RigError};
 use serde::Deserialize;
 
 use super::document::{Document, parse};
@@ -67,13 +67,17 @@ fn fitting(document: &Document, rig: &Rig) -> Result<Rig, Fault> {
             (rig.get(id).map(|j| j.motion), &angles.euler_deg)
         {
             let ranges = [Range::UNLIMITED; 3];
-            builder.set_motion(id, JointMotion::Euler { order: EulerOrder::default(), ranges });
+            let motion = JointMotion::Euler { order: EulerOrder::default(), ranges };
+            builder.set_motion(id, motion).map_err(|e| Fault::at("/angles", RigError::from(e).into()))?;
             changed = true;
         }
     }
     for (id, ..) in resolved(rig, "translations", &document.translations)? {
         if let Some(JointMotion::Ball { cone }) = rig.get(id).map(|joint| joint.motion) {
-            builder.set_motion(id, JointMotion::Free { cone });
+            let motion = JointMotion::Free { cone };
+            builder
+                .set_motion(id, motion)
+                .map_err(|e| Fault::at("/translations", RigError::from(e).into()))?;
             changed = true;
         }
     }

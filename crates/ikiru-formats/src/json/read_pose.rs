@@ -25,7 +25,7 @@ use crate::error::{Error, Fault};
 /// pose.set_rotation(elbow, glam::DQuat::from_rotation_y(-1.0))?;
 /// let text = ikiru_formats::pose_json(&pose, &[elbow]).to_string();
 /// let again = ikiru_formats::read_pose_json(text.as_bytes(), "bent.json", &rig.rest_pose())?;
-/// assert_eq!(again.rotation(elbow), pose.rotation(elbow));
+/// assert_eq!(again.rotation(elbow)?, pose.rotation(elbow)?);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_pose_json(bytes: &[u8], name: &str, base: &Pose) -> Result<Pose, Error> {

@@ -21,9 +21,9 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
     let root = pose.rig().floating_root();
     let mut named = Map::with_capacity(joints.len());
     for id in joints {
-        let Some(joint) = pose.rig().get(*id) else { continue };
+        let (Some(joint), Ok(rotation)) = (pose.rig().get(*id), pose.rotation(*id)) else { continue };
         let mut value = Map::new();
-        value.insert("rotation".to_owned(), json!(pose.rotation(*id).to_array()));
+        value.insert("rotation".to_owned(), json!(rotation.to_array()));
         let scalar = pose.value(*id).unwrap_or(0.0);
         match joint.motion {
             JointMotion::Euler { .. } => {
@@ -37,7 +37,10 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
                 value.insert(key::OFFSET.to_owned(), json!(scalar));
             }
             JointMotion::Free { .. } if Some(*id) != root => {
-                value.insert("translation".to_owned(), json!(pose.translation(*id).to_array()));
+                value.insert(
+                    "translation".to_owned(),
+                    json!(pose.translation(*id).unwrap_or_default().to_array()),
+                );
             }
             JointMotion::Fixed | JointMotion::Ball { .. } | JointMotion::Free { .. } => {}
         }
@@ -71,7 +74,7 @@ pub fn pose_json(pose: &Pose, joints: &[JointId]) -> Value {
 /// let clip = Clip::new("wave", vec![0.0, 0.5], vec![rig.rest_pose(), wave])?;
 /// let text = ikiru_formats::motion_json(&clip, &[wrist]).to_string();
 /// let again = ikiru_formats::read_motion_json(text.as_bytes(), "wave.json", &rig)?;
-/// assert!((again.poses()[1].rotation(wrist).z - 0.25_f64.sin()).abs() < 1e-15);
+/// assert!((again.poses()[1].rotation(wrist)?.z - 0.25_f64.sin()).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use]
@@ -98,7 +101,10 @@ pub fn motion_json(clip: &Clip, joints: &[JointId]) -> Value {
             }
             JointMotion::Slider { .. } => json!({ key::OFFSET: values().collect::<Vec<_>>() }),
             JointMotion::Free { .. } if Some(*id) != root => {
-                moved.insert(joint.name.clone(), json!(numbers(&|pose| pose.translation(*id))));
+                moved.insert(
+                    joint.name.clone(),
+                    json!(numbers(&|pose| pose.translation(*id).unwrap_or_default())),
+                );
                 continue;
             }
             JointMotion::Fixed | JointMotion::Ball { .. } | JointMotion::Free { .. } => continue,

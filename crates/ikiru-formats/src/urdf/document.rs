@@ -3,9 +3,8 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use ikiru_rig::{Range, RigBuilder};
+use ikiru_rig::{Range, RigBuilder, ShapeKind};
 
-use crate::collision::ShapeKind;
 use crate::error::ErrorKind;
 use crate::urdf::element::{self, MimicElement, Origin, Owner};
 use crate::urdf::kind::Kind;

@@ -3,9 +3,8 @@
 use std::borrow::Cow;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::Range;
+use ikiru_rig::{Range, ShapeKind};
 
-use crate::collision::ShapeKind;
 use crate::error::ErrorKind;
 use crate::urdf::problem::UrdfProblem;
 use crate::urdf::trouble::Trouble;

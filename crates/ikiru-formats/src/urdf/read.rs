@@ -4,9 +4,8 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Frame, Joint, JointId, JointMotion, Mimic, Range, RigBuilder, RigError, Segment};
+use ikiru_rig::{CollisionShape, Joint, JointId, JointMotion, Mimic, Range, RigBuilder, RigError, Segment};
 
-use crate::collision::CollisionShape;
 use crate::error::{Error, Fault, Place};
 use crate::loaded::Loaded;
 use crate::urdf::document::{Document, JointElement};
@@ -50,7 +49,8 @@ fn load_text(text: &str) -> Result<Loaded, Trouble> {
     let joint_of_link = |link: usize| ids.get(tree.above[link]).copied().unwrap_or(root);
     let collision_shapes = document.shapes.iter().map(|shape| CollisionShape {
         joint: joint_of_link(shape.link),
-        joint_from_shape: Frame::new(shape.origin.rotation, shape.origin.translation),
+        position: shape.origin.translation,
+        rotation: shape.origin.rotation,
         kind: shape.kind,
     });
     let collision_shapes = collision_shapes.collect();

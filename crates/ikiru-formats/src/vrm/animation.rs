@@ -161,7 +161,7 @@ impl<'c> Animation<'c> {
         let mut previous = None;
         let mut turns = false;
         for pose in self.poses() {
-            let mut rotation = pose.rotation(joint);
+            let Ok(mut rotation) = pose.rotation(joint) else { return };
             turns |= rotation.w.abs() < 1.0 - 1e-12;
             // Neighbours on the same side, for players that do not look for the short way themselves.
             if previous.is_some_and(|p| rotation.dot(p) < 0.0) {
@@ -180,7 +180,9 @@ impl<'c> Animation<'c> {
         let rig = self.clip.poses().first().map(Pose::rig);
         let Some(rest) = rig.and_then(|rig| rig.get(joint)) else { return Ok(()) };
         if rest.role == Some(Role::Hips) {
-            let at = |pose: &Pose| -> DVec3 { rest.rest_translation + pose.translation(joint) };
+            let at = |pose: &Pose| -> DVec3 {
+                rest.rest_translation + pose.translation(joint).unwrap_or_default()
+            };
             let mut values: Vec<f32> = Vec::new();
             for pose in self.poses() {
                 values.extend(in_32_bits(at(pose).to_array())?);

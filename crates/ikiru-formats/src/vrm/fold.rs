@@ -25,7 +25,7 @@ pub(super) fn fold(clip: &Clip, from: &Clip) -> Result<(Clip, Option<Warning>), 
         let wanted = skeleton.wanted(from);
         let pose = skeleton.point(pose, &wanted);
         for (id, (frame, wanted)) in clip.rig().ids().zip(pose.frames().iter().zip(&wanted)) {
-            let off = frame.origin.value().distance(*wanted);
+            let off = frame.position.distance(*wanted);
             if off > farthest.map_or(OFF_METRES, |(most, _)| most) {
                 farthest = Some((off, id));
             }
@@ -61,9 +61,7 @@ impl<'r> Skeleton<'r> {
         let (rest, stance) = (rig.rest_pose().frames(), t_pose(from).frames());
         let off = |turn: &DQuat| -> f64 {
             let pairs = rest.iter().zip(&sources);
-            pairs
-                .map(|(at, of)| (*turn * stance[of.index()].origin.value()).distance(at.origin.value()))
-                .sum()
+            pairs.map(|(at, of)| (*turn * stance[of.index()].position).distance(at.position)).sum()
         };
         let quarters = [0.0, 1.0, 2.0, 3.0].map(|n| DQuat::from_rotation_y(n * std::f64::consts::FRAC_PI_2));
         let turn = quarters.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
@@ -73,12 +71,12 @@ impl<'r> Skeleton<'r> {
     /// Where the joints should be in the world.
     fn wanted(&self, from: &Pose) -> Vec<DVec3> {
         let frames = from.frames();
-        self.sources.iter().map(|source| self.turn * frames[source.index()].origin.value()).collect()
+        self.sources.iter().map(|source| self.turn * frames[source.index()].position).collect()
     }
 
     /// The pose with each bone turned to where its far end should be, all else turned in the world as it was.
     fn point(&self, pose: &Pose, wanted: &[DVec3]) -> Pose {
-        let before: Vec<DQuat> = pose.frames().iter().map(|frame| frame.rotation.quaternion()).collect();
+        let before: Vec<DQuat> = pose.frames().iter().map(|frame| frame.rotation).collect();
         let mut after = before.clone();
         for (idx, far_end) in self.far_end.iter().enumerate() {
             let Some(far_end) = far_end else { continue };

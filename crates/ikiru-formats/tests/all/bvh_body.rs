@@ -40,7 +40,7 @@ fn a_skinned_avatar_is_one_root_without_its_meshes() {
         let reference = Reference::parse(&text, false);
         let root = loaded.rig.joint(&reference.joints[0].name).unwrap();
         let at = reference.world(&reference.frames[0])[0].w_axis.truncate();
-        assert!(at.distance(loaded.rig.rest_pose().frame(root).origin.value()) < 1e-9, "{name}: {at}");
+        assert!(at.distance(loaded.rig.rest_pose().frame(root).unwrap().position) < 1e-9, "{name}: {at}");
     }
 }
 
@@ -86,8 +86,8 @@ fn several_topmost_joints_are_held_together_by_a_root_that_stays() {
     assert!(reference.frames[0][..6].iter().all(|number| *number == 0.0));
     let world = reference.world(&reference.frames[0]);
     for (at, name) in [(1, "hip"), (2, "knee"), (4, "root")] {
-        let frame = pose.frame(loaded.rig.joint(name).unwrap());
-        assert!(world[at].w_axis.truncate().distance(frame.origin.value()) < 1e-9, "{name}");
+        let frame = pose.frame(loaded.rig.joint(name).unwrap()).unwrap();
+        assert!(world[at].w_axis.truncate().distance(frame.position) < 1e-9, "{name}");
     }
 }
 
@@ -138,7 +138,7 @@ fn angles_go_on_from_frame_to_frame() {
     for (a, b) in clip.poses().iter().zip(again.clips[0].poses()) {
         for (id, joint) in target.rig.ids().zip(target.rig.joints()) {
             let Ok(other) = again.rig.joint(&joint.name) else { continue };
-            let (angle, distance) = apart(&a.frame(id), &b.frame(other));
+            let (angle, distance) = apart(&a.frame(id).unwrap(), &b.frame(other).unwrap());
             assert!(angle < 1e-8 && distance < 1e-8, "{}", joint.name);
         }
     }

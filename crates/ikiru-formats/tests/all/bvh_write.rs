@@ -59,7 +59,7 @@ fn check(name: &str, loaded: &Loaded, random: &mut Random) -> String {
         for (pose, frame) in poses.iter().zip(&reference.frames) {
             let (world, frames) = (reference.world(frame), pose.frames());
             for (id, at) in &pairs {
-                let distance = world[*at].w_axis.truncate().distance(frames[id.index()].origin.value());
+                let distance = world[*at].w_axis.truncate().distance(frames[id.index()].position);
                 assert!(distance < tolerance, "{name}: {distance}");
             }
         }
@@ -240,7 +240,7 @@ fn small_and_large_units() {
         let pairs = written_joints(&loaded, &written);
         assert_eq!(pairs.len(), 8, "all but the end site");
         for (id, at) in pairs {
-            assert!(before[id.index()].origin.value().distance(after[at].origin.value()) < 1e-9 * size);
+            assert!(before[id.index()].position.distance(after[at].position) < 1e-9 * size);
         }
     }
 }

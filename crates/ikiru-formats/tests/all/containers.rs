@@ -113,7 +113,7 @@ fn what_a_joint_without_a_role_does_is_in_the_bones_around_it() {
         for role in
             [Role::LeftUpperArm, Role::LeftLowerArm, Role::LeftHand, Role::LeftIndexDistal, Role::RightHand]
         {
-            let at = |pose: &Pose| pose.frame(pose.rig().role(role).unwrap()).origin.value();
+            let at = |pose: &Pose| pose.frame(pose.rig().role(role).unwrap()).unwrap().position;
             let off = at(&pose).distance(at(found));
             assert!(off < within, "{role} is off by {off}");
         }
@@ -140,7 +140,7 @@ fn a_motion_comes_back_onto_the_file_of_its_rig() {
     builder.free_root().unwrap();
     let elbow = human.rig.role(Role::LeftLowerArm).unwrap();
     let ranges = [Range::degrees(-10.0, 10.0), Range::degrees(-150.0, 5.0), Range::degrees(-30.0, 30.0)];
-    builder.set_motion(elbow, JointMotion::Euler { order: EulerOrder::default(), ranges });
+    builder.set_motion(elbow, JointMotion::Euler { order: EulerOrder::default(), ranges }).unwrap();
     let rig = builder.build().unwrap();
     let clip = clip_of(&rig);
     let joints: Vec<JointId> = rig.ids().collect();

@@ -20,7 +20,7 @@ const CHARACTERS: [(&str, &str, &[Role]); 7] = [
 ];
 
 fn at(rig: &Rig, role: Role) -> DVec3 {
-    rig.rest_pose().frame(rig.role(role).unwrap()).origin.value()
+    rig.rest_pose().frame(rig.role(role).unwrap()).unwrap().position
 }
 
 fn name(rig: &Rig, role: Role) -> &str {

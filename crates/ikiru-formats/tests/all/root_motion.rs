@@ -55,7 +55,7 @@ fn a_free_roots_way_comes_back_from_the_file_that_has_it() {
         for (pose, frame) in clip.poses().iter().zip(&reference.frames) {
             for (joint, matrix) in reference.joints.iter().zip(reference.world(frame)) {
                 let Ok(id) = loaded.rig.joint(&joint.name) else { continue };
-                let off = matrix.w_axis.truncate().distance(pose.frame(id).origin.value());
+                let off = matrix.w_axis.truncate().distance(pose.frame(id).unwrap().position);
                 assert!(off < 1e-5, "{name}: {} is off by {off}", joint.name);
             }
         }
@@ -86,7 +86,7 @@ fn hips_below_a_root_and_what_carries_them_move_and_props_do_not() {
     assert!(
         matches!(&loaded.warnings[..], [Warning::ChannelsIgnored { first, count: 1, .. }] if first == "lamp")
     );
-    let hip = loaded.clips[0].poses()[1].frame(loaded.rig.joint("hip").unwrap()).origin.value();
+    let hip = loaded.clips[0].poses()[1].frame(loaded.rig.joint("hip").unwrap()).unwrap().position;
     // Half a turn about y, then two metres on.
     assert!(hip.distance(DVec3::new(-0.5, 0.01, 2.0 - 0.2)) < 1e-6, "{hip}");
 }
@@ -101,7 +101,9 @@ fn a_clip_of_a_way_alone_is_a_clip() {
     let loaded = film.read().carrying_clips().unwrap();
     assert_eq!(loaded.warnings, []);
     let hip = loaded.rig.joint("hip").unwrap();
-    assert!(loaded.clips[0].sample(0.5).frame(hip).origin.value().distance(DVec3::new(0.0, 1.0, 1.5)) < 1e-6);
+    assert!(
+        loaded.clips[0].sample(0.5).frame(hip).unwrap().position.distance(DVec3::new(0.0, 1.0, 1.5)) < 1e-6
+    );
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn assert_exact(document: &Value, tolerance: f64) -> Loaded {
         let pose = random_pose(&loaded.rig, &mut random);
         let (written, _) = open(&write_posed_glb(&loaded, &pose).unwrap());
         for (frame, (name, matrix)) in pose.frames().iter().zip(matrices(&written)) {
-            let found = frame.origin.value();
+            let found = frame.position;
             assert!(found.distance(matrix.w_axis.truncate()) < tolerance, "{name}: {found} {matrix}");
         }
     }
@@ -86,7 +86,7 @@ fn a_thousandth_is_the_same_scale_and_offsets_are_exact_all_the_same() {
     document["nodes"][0]["scale"] = json!([0.01, 0.01, 0.01]);
     let loaded = load(&document).unwrap();
     for (frame, (_, matrix)) in loaded.rig.rest_pose().frames().iter().zip(matrices(&document)) {
-        assert!(frame.origin.value().distance(matrix.w_axis.truncate()) < 1e-12);
+        assert!(frame.position.distance(matrix.w_axis.truncate()) < 1e-12);
     }
 }
 
@@ -107,7 +107,7 @@ fn a_joint_that_is_made_to_turn_below_such_a_scale_is_refused_then() {
     document["nodes"][4]["scale"] = json!([1.0, 3.0, 0.5]);
     let loaded = load(&document).unwrap();
     let mut builder = loaded.rig.to_builder();
-    builder.set_motion(loaded.rig.joint("tip").unwrap(), JointMotion::BALL);
+    builder.set_motion(loaded.rig.joint("tip").unwrap(), JointMotion::BALL).unwrap();
     let turning = builder.build().unwrap();
     let error = write_posed_glb(&loaded, &turning.rest_pose()).unwrap_err();
     assert!(error.to_string().contains("'j4' has the scale [1.0, 3.0, 0.5], and 'tip' turns below it"));

@@ -15,7 +15,7 @@ fn rig(name: &str) -> Rig {
 /// With hips that translate.
 fn free(rig: &Rig) -> Rig {
     let mut builder = rig.to_builder();
-    builder.set_motion(rig.role(Role::Hips).unwrap(), JointMotion::FREE);
+    builder.set_motion(rig.role(Role::Hips).unwrap(), JointMotion::FREE).unwrap();
     builder.build().unwrap()
 }
 
@@ -26,11 +26,11 @@ fn random_clip(rig: &Rig, seed: u64) -> Clip {
 }
 
 fn rotation(pose: &Pose, role: Role) -> DQuat {
-    pose.frame(pose.rig().role(role).unwrap()).rotation.quaternion()
+    pose.frame(pose.rig().role(role).unwrap()).unwrap().rotation
 }
 
 fn at(pose: &Pose, role: Role) -> DVec3 {
-    pose.frame(pose.rig().role(role).unwrap()).origin.value()
+    pose.frame(pose.rig().role(role).unwrap()).unwrap().position
 }
 
 /// Angle in radians between two rotations, without the rounding of arccos.
@@ -144,7 +144,7 @@ fn the_way_of_the_hips_is_scaled_by_their_height() {
     let mut pose = source.rest_pose();
     let way = DVec3::new(0.3, -0.2, 1.5);
     let hips = source.role(Role::Hips).unwrap();
-    pose.set_translation(hips, pose.frame(hips).rotation.quaternion().inverse() * way).unwrap();
+    pose.set_translation(hips, pose.frame(hips).unwrap().rotation.inverse() * way).unwrap();
     let clip = Clip::still(pose.clone()).with_name("walk");
     let moved = transfer(&clip, &target, Reference::Rest).unwrap().clip;
     let height = |rig: &Rig| at(&rig.rest_pose(), Role::Hips).y - at(&rig.rest_pose(), Role::LeftFoot).y;
@@ -206,8 +206,9 @@ fn euler_joints_go_the_short_way_and_hinges_as_far_as_they_can() {
     let mut builder = source.to_builder();
     let (shoulder, elbow) = (source.joint("left_shoulder").unwrap(), source.joint("left_elbow").unwrap());
     builder
-        .set_motion(shoulder, JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] });
-    builder.set_motion(elbow, JointMotion::Hinge { axis: DVec3::Y, range: Range::UNLIMITED });
+        .set_motion(shoulder, JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] })
+        .unwrap();
+    builder.set_motion(elbow, JointMotion::Hinge { axis: DVec3::Y, range: Range::UNLIMITED }).unwrap();
     let target = builder.build().unwrap();
     let poses: Vec<Pose> = (0..40)
         .map(|i| {

@@ -20,7 +20,7 @@ fn walk() -> Clip {
 }
 
 fn at(pose: &Pose, role: Role) -> DVec3 {
-    pose.frame(pose.rig().role(role).unwrap()).origin.value()
+    pose.frame(pose.rig().role(role).unwrap()).unwrap().position
 }
 
 /// Height of the hips over the lower ankle, legs straight.
@@ -105,7 +105,7 @@ fn every_format_holds_the_way_of_the_hips() {
         let again = read_bvh(&bvh, "again.bvh", &BvhOptions::default()).unwrap();
         let joint = again.rig.joint(hips).unwrap();
         for (pose, expected) in again.clips[0].poses().iter().zip(&expected) {
-            assert!(pose.frame(joint).origin.value().distance(*expected) < 1e-6, "{name} .bvh");
+            assert!(pose.frame(joint).unwrap().position.distance(*expected) < 1e-6, "{name} .bvh");
         }
 
         let vrma = read_vrma(&write_vrma(&moved).unwrap(), "walk.vrma").unwrap();

@@ -6,8 +6,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::common::*;
 use glam::{DMat3, DQuat, DVec3};
 use ikiru_formats::urdf::UrdfWarning;
-use ikiru_formats::{Loaded, ShapeKind, Warning, read, read_urdf};
-use ikiru_rig::{Joint, JointMotion, Range};
+use ikiru_formats::{Loaded, Warning, read, read_urdf};
+use ikiru_rig::{Joint, JointMotion, Range, ShapeKind};
 
 /// A robot of links `a` to `d` and whatever else stands in it.
 fn robot(inside: &str) -> Loaded {
@@ -96,7 +96,7 @@ fn robots_stand_upright_in_the_world() {
            <joint name="top" type="fixed"><parent link="a"/><child link="d"/><origin xyz="0 0 1"/></joint>"#,
     );
     let pose = loaded.rig.rest_pose();
-    let at = |name| pose.frame(loaded.rig.joint(name).unwrap()).origin.value();
+    let at = |name| pose.frame(loaded.rig.joint(name).unwrap()).unwrap().position;
     assert_eq!((at("front"), at("left"), at("top")), (DVec3::Z, DVec3::X, DVec3::Y));
     let world_from_file = loaded.world_from_file();
     assert_eq!(world_from_file * DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 3.0, 1.0));
@@ -104,7 +104,7 @@ fn robots_stand_upright_in_the_world() {
     assert_eq!(read("builtin:reference").unwrap().world_from_file(), DQuat::IDENTITY);
     // A robot with a head has it on top, and its left hand at +x.
     let g1 = read(data("robots/g1_29dof_with_hand_rev_1_0.urdf")).unwrap();
-    let frame = |name| g1.rig.rest_pose().frame(g1.rig.joint(name).unwrap()).origin.value();
+    let frame = |name| g1.rig.rest_pose().frame(g1.rig.joint(name).unwrap()).unwrap().position;
     assert!(frame("d435_link").y > 0.4 && frame("left_ankle_roll_link").y < -0.7);
     assert!(frame("left_wrist_yaw_link").x > 0.1 && frame("right_wrist_yaw_link").x < -0.1);
     assert!(frame("left_hand_palm_link").z > 0.2);
@@ -347,7 +347,7 @@ fn solids_are_kept_with_their_joint() {
     let hip = shape("right_hip");
     assert_eq!(hip.kind, ShapeKind::Capsule { radius: 0.22, length: 1.2 });
     // It lies along the thigh: from the hip down to the knee.
-    assert!(hip.joint_from_shape.point(DVec3::Z.into()).distance(DVec3::new(0.0, 0.16, 0.0).into()) < 1e-6);
+    assert!((hip.position + hip.rotation * DVec3::Z).distance(DVec3::new(0.0, 0.16, 0.0)) < 1e-6);
     // 8 spheres, 4 cylinders; meshes are left out without a word.
     let g1 = read(data("robots/g1_29dof_rev_1_0.urdf")).unwrap();
     let cylinders =
@@ -356,7 +356,7 @@ fn solids_are_kept_with_their_joint() {
     let kinds = read(data("robots/kinds.urdf")).unwrap();
     let [cart] = kinds.collision_shapes() else { panic!() };
     assert_eq!(kinds.rig.get(cart.joint).unwrap().name, "cart");
-    assert_eq!(cart.joint_from_shape.origin.value(), DVec3::new(0.1, 0.2, 0.3));
+    assert_eq!(cart.position, DVec3::new(0.1, 0.2, 0.3));
 }
 
 #[test]

@@ -273,7 +273,7 @@ fn bytes_and_tags_changed_cut_and_repeated() {
                 Ok(loaded) => {
                     counts[0] += 1;
                     let frames = loaded.rig.rest_pose().frames();
-                    assert!(frames.iter().all(|f| f.origin.value().is_finite()));
+                    assert!(frames.iter().all(|f| f.position.is_finite()));
                     assert!(
                         loaded.collision_shapes().iter().all(|s| s.joint.index() < loaded.rig.n_joints())
                     );

@@ -7,7 +7,7 @@ use crate::common::*;
 use glam::{DQuat, DVec3};
 use ikiru_formats::{Loaded, read};
 use ikiru_rig::body::center_of_mass;
-use ikiru_rig::{Frame, JointMotion, Pose, Rig};
+use ikiru_rig::{JointFrame, JointMotion, Pose, Rig};
 use serde_json::Value;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -38,15 +38,16 @@ fn set(pose: &mut Pose, name: &str, values: &[f64]) {
 }
 
 /// The frame that a link has in the world of the file.
-fn file_from_link(rig: &Rig, frames: &[Frame], link: &str, file_from_world: DQuat) -> Frame {
+fn file_from_link(rig: &Rig, frames: &[JointFrame], link: &str, file_from_world: DQuat) -> JointFrame {
     // A joint's own name comes before that of another's link.
     let of_link = rig.joints().iter().position(|j| j.aliases.iter().any(|alias| alias == link));
     let joint = of_link.unwrap_or_else(|| rig.joint(link).unwrap().index());
-    Frame::new(file_from_world, DVec3::ZERO).compose(&frames[joint])
+    let JointFrame { position, rotation } = frames[joint];
+    JointFrame { position: file_from_world * position, rotation: file_from_world * rotation }
 }
 
 /// The frames that another program has for the links of a robot, by name, and the pose in which that is.
-fn each_configuration(name: &str, mut look: impl FnMut(&Loaded, &Pose, &[(String, Frame)])) {
+fn each_configuration(name: &str, mut look: impl FnMut(&Loaded, &Pose, &[(String, JointFrame)])) {
     let loaded = read(data(&format!("robots/{name}.urdf"))).unwrap();
     let text = std::fs::read(data(&format!("robots/fk/{name}.json"))).unwrap();
     let expected: Value = serde_json::from_slice(&text).unwrap();
@@ -64,7 +65,7 @@ fn each_configuration(name: &str, mut look: impl FnMut(&Loaded, &Pose, &[(String
         let frame_of = |(link, frame): (&Value, &Value)| {
             let frame = numbers(frame);
             let rotation = DQuat::from_slice(&frame[3..]).normalize();
-            (link.as_str().unwrap().to_owned(), Frame::new(rotation, DVec3::from_slice(&frame)))
+            (link.as_str().unwrap().to_owned(), JointFrame { position: DVec3::from_slice(&frame), rotation })
         };
         look(&loaded, &pose, &links.iter().zip(frames).map(frame_of).collect::<Vec<_>>());
     }
@@ -140,7 +141,7 @@ fn centres_of_mass_are_those_over_the_frames_of_another_program() {
             };
             let moment = |(link, kg, center): &(String, f64, DVec3)| {
                 let (_, frame) = links.iter().find(|(name, _)| name == link).unwrap();
-                frame.point((*center).into()).value() * *kg
+                frame.point(*center) * *kg
             };
             let expected = masses.iter().map(moment).sum::<DVec3>() / total;
             let found = loaded.world_from_file().inverse() * found;

@@ -95,7 +95,7 @@ fn a_free_root_below_a_scale_moves_in_the_nodes_own_unit() {
         assert_same_frames("leg", &loaded.rig, &pose.frames(), &again.rig.rest_pose().frames());
         // And by the file's own matrices.
         for (frame, (name, matrix)) in pose.frames().iter().zip(matrices(&open(&written).0)) {
-            assert!(frame.origin.value().distance(matrix.w_axis.truncate()) < 1e-9, "{name}");
+            assert!(frame.position.distance(matrix.w_axis.truncate()) < 1e-9, "{name}");
         }
     }
 }
@@ -240,10 +240,10 @@ fn poses_as_json_have_the_members_of_each_motion() {
     let rig = read_glb(&glb(&leg(), None), "leg.glb").unwrap().rig;
     let ids: Vec<_> = rig.ids().collect();
     let mut builder = rig.to_builder();
-    builder.set_motion(ids[0], JointMotion::FREE);
-    builder.set_motion(ids[1], JointMotion::Hinge { axis: DVec3::X, range: Range::UNLIMITED });
+    builder.set_motion(ids[0], JointMotion::FREE).unwrap();
+    builder.set_motion(ids[1], JointMotion::Hinge { axis: DVec3::X, range: Range::UNLIMITED }).unwrap();
     let euler = JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] };
-    builder.set_motion(ids[2], euler);
+    builder.set_motion(ids[2], euler).unwrap();
     let mut slider = Joint::new("rail", Some(ids[0]));
     slider.motion = JointMotion::Slider { axis: DVec3::X, range: Range::UNLIMITED };
     let rail = builder.add(slider);

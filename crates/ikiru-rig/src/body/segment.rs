@@ -41,7 +41,7 @@ pub struct Segment {
 /// ```
 #[must_use]
 pub fn center_of_mass(pose: &Pose, segments: &[Segment]) -> Option<DVec3> {
-    let frames = pose.frames();
+    let frames = pose.kernel_frames();
     let (mut moment, mut kg) = (DVec3::ZERO, 0.0);
     for segment in segments {
         let frame = frames.get(segment.joint.index())?;

@@ -6,6 +6,7 @@ use super::Clip;
 use super::curve::{Curve, Dofs};
 use super::rate_bound::RateBounds;
 use super::rates::{Peak, Rate, RatePart};
+use crate::foreign::ForeignJoint;
 use crate::joint::JointId;
 use crate::pose::Pose;
 
@@ -70,22 +71,27 @@ impl Clip {
     ///
     /// Found by dense sampling and refinement, to about a millionth. Where a cone makes the ball leap, it is at
     /// least the mean speed over an eighth of the way between two poses.
-    #[must_use]
-    pub fn peak_speed(&self, joint: JointId, part: RatePart) -> Peak {
+    ///
+    /// # Errors
+    /// For a joint of another, larger rig.
+    pub fn peak_speed(&self, joint: JointId, part: RatePart) -> Result<Peak, ForeignJoint> {
         self.peak(joint, part, Rate::Speed)
     }
 
     /// As [`peak_speed`](Self::peak_speed), the largest acceleration: rad/s² or m/s². On this curve the
     /// acceleration jumps at poses; both sides count. Where a cone holds a ball back, so that its velocity jumps,
-    /// it is
-    /// only known to be large: at least the mean over an eighth of the way between two poses.
-    #[must_use]
-    pub fn peak_acceleration(&self, joint: JointId, part: RatePart) -> Peak {
+    /// it is only known to be large: at least the mean over an eighth of the way between two poses.
+    ///
+    /// # Errors
+    /// For a joint of another, larger rig.
+    pub fn peak_acceleration(&self, joint: JointId, part: RatePart) -> Result<Peak, ForeignJoint> {
         self.peak(joint, part, Rate::Acceleration)
     }
 
-    fn peak(&self, joint: JointId, part: RatePart, rate: Rate) -> Peak {
-        self.peak_above(joint, part, rate, 0.0).unwrap_or(Peak { value: 0.0, secs: self.times[0] })
+    fn peak(&self, joint: JointId, part: RatePart, rate: Rate) -> Result<Peak, ForeignJoint> {
+        self.rig().own(joint)?;
+        let still = Peak { value: 0.0, secs: self.times[0] };
+        Ok(self.peak_above(joint, part, rate, 0.0).unwrap_or(still))
     }
 
     /// The largest speed or acceleration of a joint, where that is above `floor`.

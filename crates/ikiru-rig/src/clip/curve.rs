@@ -45,7 +45,7 @@ impl<'c> Curve<'c> {
         let secs = clip.times[before + 1] - clip.times[before];
         let keys = Keys { clip, joint, motion, rotation: rotation_dofs(motion) };
         let k = keys.cubic(before);
-        let is_inside = |pose: usize| clip.poses[pose].limit_violation_of(joint) <= INSIDE;
+        let is_inside = |pose: usize| clip.poses[pose].violation(joint) <= INSIDE;
         let is_in_cone = motion.cone().is_some() && is_inside(before) && is_inside(before + 1);
         Self { motion, n_coords: at.len(), left, secs, k, is_in_cone }
     }

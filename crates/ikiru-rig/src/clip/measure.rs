@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use super::Clip;
 use super::rates::{Rate, RatePart, RateSummary};
+use crate::foreign::ForeignJoint;
 use crate::joint::{JointId, JointMotion};
-use crate::kinematics::rest_frame;
+use crate::kinematics::{apply_motion_in, rest_frame};
 use crate::pose::Pose;
 use crate::rig::Rig;
 
@@ -63,7 +64,7 @@ impl Clip {
         let joints: Vec<JointId> = self.moving().collect();
         let [speed, acceleration, jerk] = Rate::ALL.map(|rate| {
             let rates = self.rates(rate);
-            [RatePart::Rotation, RatePart::Translation].map(|part| rates.summary(&joints, part))
+            [RatePart::Rotation, RatePart::Translation].map(|part| rates.summary_of(&joints, part))
         });
         let of = |part: usize| RateSummaries {
             speed: speed[part],
@@ -80,12 +81,15 @@ impl Clip {
     }
 
     /// How far a joint's origin travels in the world, in metres: the length of its path on the curve of
-    /// [`sample_cubic`](Self::sample_cubic). 0 for a joint of another, larger rig.
+    /// [`sample_cubic`](Self::sample_cubic).
     ///
     /// Measured by straight pieces, at most 1/240 s or a 64th of the way between two poses long: a little
     /// too short where the path bends (by a part in 100,000 for a quarter turn from pose to pose).
-    #[must_use]
-    pub fn path_length(&self, joint: JointId) -> f64 {
+    ///
+    /// # Errors
+    /// For a joint of another, larger rig.
+    pub fn path_length(&self, joint: JointId) -> Result<f64, ForeignJoint> {
+        self.rig().own(joint)?;
         // Joints that move the origin; the joint's own turning does not.
         let path: Vec<JointId> = self.rig().ancestors(joint).collect();
         let mut length = 0.0;
@@ -95,7 +99,7 @@ impl Clip {
             length += previous.map_or(0.0, |previous| previous.distance(origin));
             previous = Some(origin);
         });
-        length
+        Ok(length)
     }
 
     /// How far inside its limits the clip stays at least, at its poses and on the curve of
@@ -110,7 +114,7 @@ impl Clip {
         }
         self.walk(|secs, pose| {
             for joint in &limited {
-                let value = pose.limit_margin_of(*joint);
+                let value = pose.margin(*joint);
                 let is_slider =
                     self.rig().get(*joint).is_some_and(|j| matches!(j.motion, JointMotion::Slider { .. }));
                 let slot = if is_slider { &mut nearest.translation } else { &mut nearest.rotation };
@@ -144,13 +148,20 @@ impl Pose {
     /// How far inside its limits a joint is: the distance to the nearest end of a range or edge of a cone,
     /// in radians or metres, negative outside. Infinite where nothing limits it; see
     /// [`Cone::margin`](crate::Cone::margin) for limits without width.
-    #[must_use]
-    pub fn limit_margin_of(&self, joint: JointId) -> f64 {
-        let Some(data) = self.rig().get(joint) else { return f64::INFINITY };
+    ///
+    /// # Errors
+    /// For the id of another, larger rig.
+    pub fn limit_margin_of(&self, joint: JointId) -> Result<f64, ForeignJoint> {
+        self.rig().own(joint)?;
+        Ok(self.margin(joint))
+    }
+
+    fn margin(&self, joint: JointId) -> f64 {
+        let data = &self.rig().joints()[joint.index()];
         let scalar = self.value(joint).map(|value| [value; 3]);
         let values = scalar.or_else(|| self.euler(joint)).unwrap_or_default();
         let ranges = data.motion.ranges().iter().zip(values).map(|(range, value)| range.margin(value));
-        let cone = data.motion.cone().map_or([f64::INFINITY; 2], |cone| cone.margin(self.rotation(joint)));
+        let cone = data.motion.cone().map_or([f64::INFINITY; 2], |cone| cone.margin(self.rotation_of(joint)));
         ranges.chain(cone).fold(f64::INFINITY, f64::min)
     }
 }
@@ -166,7 +177,7 @@ fn origin(pose: &Pose, path: &[JointId]) -> DVec3 {
     let mut frame = crate::Frame::identity();
     for joint in path.iter().rev() {
         frame = rest_frame(pose.rig(), *joint, &frame);
-        pose.apply_motion_to(*joint, &mut frame);
+        apply_motion_in(pose, *joint, &mut frame);
     }
     frame.origin.value()
 }

@@ -22,6 +22,7 @@ pub use rate_limit::{RateExcess, RateLimit};
 pub use rates::{Peak, Rate, RatePart, RateSummary, Rates};
 pub use retime::Retimed;
 
+use crate::foreign::ForeignJoint;
 use crate::pose::Pose;
 use crate::rig::Rig;
 
@@ -76,13 +77,8 @@ pub enum ClipError {
         most: usize,
     },
     /// A limit on the speed or acceleration of a joint that the rig does not have.
-    #[error("the rig has no joint {joint} to limit: expected a number below {n_joints}")]
-    NoJoint {
-        /// Its position in the list of joints.
-        joint: usize,
-        /// How many joints the rig has.
-        n_joints: usize,
-    },
+    #[error(transparent)]
+    NoJoint(#[from] ForeignJoint),
     /// A limit on a jerk.
     #[error("joint '{joint}': a jerk cannot be limited, only a speed or an acceleration")]
     RateLimitJerk {

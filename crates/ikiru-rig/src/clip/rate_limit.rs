@@ -40,9 +40,7 @@ impl RateLimit {
     /// finite number above 0.
     pub fn check(&self, rig: &Rig) -> Result<(), ClipError> {
         let Self { joint: id, part, rate, most } = *self;
-        let Some(data) = rig.get(id) else {
-            return Err(ClipError::NoJoint { joint: id.index(), n_joints: rig.n_joints() });
-        };
+        let data = rig.own(id)?;
         let joint = || data.name.clone();
         if rate == Rate::Jerk {
             return Err(ClipError::RateLimitJerk { joint: joint() });

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::Clip;
+use crate::foreign::ForeignJoint;
 use crate::joint::{JointId, JointMotion};
 use crate::rig::Rig;
 
@@ -67,7 +68,7 @@ impl RatePart {
         }
     }
 
-    /// Whether a joint has degrees of freedom of its own of this part.
+    /// Whether a joint has degrees of freedom of its own of this part: one of another, larger rig has none.
     #[must_use]
     pub fn is_of(self, rig: &Rig, joint: JointId) -> bool {
         !self.dofs(rig, joint).is_empty()
@@ -215,8 +216,21 @@ impl Rates {
         self.of_dof(dof).zip(&self.spans).map(|(value, secs)| value * value * secs).sum()
     }
 
-    /// One joint's rotation or translation over time: the length over its degrees of freedom.
-    pub fn of_joint(&self, joint: JointId, part: RatePart) -> impl ExactSizeIterator<Item = f64> + '_ {
+    /// One joint's rotation or translation over time: the length over its degrees of freedom. Zeros where it has no such
+    /// freedom of its own.
+    ///
+    /// # Errors
+    /// For a joint of another, larger rig.
+    pub fn of_joint(
+        &self,
+        joint: JointId,
+        part: RatePart,
+    ) -> Result<impl ExactSizeIterator<Item = f64> + '_, ForeignJoint> {
+        self.rig.own(joint)?;
+        Ok(self.lengths(joint, part))
+    }
+
+    fn lengths(&self, joint: JointId, part: RatePart) -> impl ExactSizeIterator<Item = f64> + '_ {
         let (start, dofs) = (self.rig.dofs_of(joint).start, part.dofs(&self.rig, joint));
         let at = start + dofs.start..start + dofs.end;
         (0..self.times.len()).map(move |idx| {
@@ -226,11 +240,19 @@ impl Rates {
     }
 
     /// Peak, mean and integral over some joints, each listed once.
-    #[must_use]
-    pub fn summary(&self, joints: &[JointId], part: RatePart) -> RateSummary {
+    ///
+    /// # Errors
+    /// For a joint of another, larger rig.
+    pub fn summary(&self, joints: &[JointId], part: RatePart) -> Result<RateSummary, ForeignJoint> {
+        joints.iter().try_for_each(|joint| self.rig.own(*joint).map(drop))?;
+        Ok(self.summary_of(joints, part))
+    }
+
+    /// The same of joints of the rig's own.
+    pub(super) fn summary_of(&self, joints: &[JointId], part: RatePart) -> RateSummary {
         let mut summary = RateSummary::default();
         for joint in joints {
-            for (idx, length) in self.of_joint(*joint, part).enumerate() {
+            for (idx, length) in self.lengths(*joint, part).enumerate() {
                 summary.integral += length * length * self.spans[idx];
                 if length > summary.peak {
                     summary.peak = length;

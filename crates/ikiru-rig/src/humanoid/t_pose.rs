@@ -55,7 +55,7 @@ pub fn t_pose(rig: &Rig) -> Pose {
                 (false, false) => left,
                 (false, true) => -left,
             };
-            let bone = pose.frame(end).origin.value() - pose.frame(joint).origin.value();
+            let bone = pose.kernel_frame(end).origin.value() - pose.kernel_frame(joint).origin.value();
             if let Some(bone) = bone.try_normalize() {
                 turn(&mut pose, joint, DQuat::from_rotation_arc(bone, direction));
             }
@@ -63,7 +63,8 @@ pub fn t_pose(rig: &Rig) -> Pose {
     }
     let rest = rig.rest_pose();
     for foot in [Role::LeftFoot, Role::RightFoot].into_iter().filter_map(|foot| rig.role(foot)) {
-        let (now, was) = (pose.frame(foot).rotation.quaternion(), rest.frame(foot).rotation.quaternion());
+        let (now, was) =
+            (pose.kernel_frame(foot).rotation.quaternion(), rest.kernel_frame(foot).rotation.quaternion());
         turn(&mut pose, foot, was * now.inverse());
     }
     pose
@@ -71,8 +72,8 @@ pub fn t_pose(rig: &Rig) -> Pose {
 
 /// Turns a joint about its origin by a rotation of the world, where it can turn.
 fn turn(pose: &mut Pose, joint: JointId, by: DQuat) {
-    let motion = pose.rotation(joint);
-    let before = pose.frame(joint).rotation.quaternion() * motion.inverse();
+    let motion = pose.rotation_of(joint);
+    let before = pose.kernel_frame(joint).rotation.quaternion() * motion.inverse();
     if pose.rig().get(joint).is_some_and(|j| turns_freely(&j.motion)) {
         // The rotation is finite, so it is never refused.
         let _ = pose.set_rotation(joint, before.inverse() * by * before * motion);
@@ -92,7 +93,7 @@ pub(super) fn turns_freely(motion: &JointMotion) -> bool {
 /// When the rig has no humanoid roles at all: a rig needs a joint.
 pub fn normalised(rig: &Rig) -> Result<Rig, RigError> {
     let (pose, turned) = (t_pose(rig), maths::turn_about(DVec3::Y, facing::heading(rig)).inverse());
-    let at = |role: Role| rig.role(role).map(|joint| turned * pose.frame(joint).origin.value());
+    let at = |role: Role| rig.role(role).map(|joint| turned * pose.kernel_frame(joint).origin.value());
     let lift = if stands(&pose) { 0.0 } else { -foot(&pose).unwrap_or_default() };
     let mut builder = RigBuilder::new();
     let mut ids: [Option<JointId>; Role::ALL.len()] = [None; Role::ALL.len()];

@@ -153,14 +153,15 @@ impl Map {
         let mut pairs = vec![None; target.n_joints()];
         for role in Role::ALL {
             let (Some(a), Some(b)) = (from.rig().role(role), target.role(role)) else { continue };
-            let (r, t) = (from.frame(a).rotation.quaternion(), to.frame(b).rotation.quaternion());
+            let (r, t) =
+                (from.kernel_frame(a).rotation.quaternion(), to.kernel_frame(b).rotation.quaternion());
             pairs[b.index()] = Some((a, r.inverse() * turn.inverse() * t));
         }
         Self { target, pairs, turn }
     }
 
     fn pose(&self, from: &Pose, before: Option<&Pose>) -> Result<Pose, PoseError> {
-        let source_frames = from.frames();
+        let source_frames = from.kernel_frames();
         let mut pose = self.target.rest_pose();
         let mut world: Vec<DQuat> = Vec::with_capacity(self.target.n_joints());
         for (id, joint) in self.target.ids().zip(self.target.joints()) {
@@ -170,7 +171,7 @@ impl Map {
                 let wanted = self.turn * source_frames[source.index()].rotation.quaternion() * after;
                 set(&mut pose, id, (at_rest.inverse() * wanted).normalize(), before)?;
             }
-            world.push((at_rest * pose.rotation(id)).normalize());
+            world.push((at_rest * pose.rotation_of(id)).normalize());
         }
         Ok(pose)
     }

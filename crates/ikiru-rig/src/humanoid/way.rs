@@ -35,7 +35,8 @@ impl Way {
             let moves = clip.poses().iter().any(|pose| pose.root_translation().length() > STILL);
             return if moves { Err(TransferWarning::NoHips { rig: "the clip's rig" }) } else { Ok(None) };
         };
-        let places: Vec<DVec3> = clip.poses().iter().map(|pose| pose.frame(hips).origin.value()).collect();
+        let places: Vec<DVec3> =
+            clip.poses().iter().map(|pose| pose.kernel_frame(hips).origin.value()).collect();
         if places.iter().all(|place| place.distance(at_rest) <= STILL) {
             return Ok(None);
         }
@@ -53,7 +54,7 @@ impl Way {
         let metres = steps.iter().map(|step| step.length()).fold(0.0, f64::max);
         let (rig, joint) =
             carrier(target, hips).map_err(|reason| TransferWarning::HipsStay { metres, reason })?;
-        let axes_from_world = rig.rest_pose().frame(joint).rotation.quaternion().inverse();
+        let axes_from_world = rig.rest_pose().kernel_frame(joint).rotation.quaternion().inverse();
         let translations = steps.into_iter().map(|step| axes_from_world * step).collect();
         Ok(Some(Self { rig, joint, translations }))
     }
@@ -85,7 +86,7 @@ fn scale(from: &Pose, to: &Pose) -> f64 {
 }
 
 fn at(pose: &Pose, role: Role) -> Option<DVec3> {
-    pose.rig().role(role).map(|joint| pose.frame(joint).origin.value())
+    pose.rig().role(role).map(|joint| pose.kernel_frame(joint).origin.value())
 }
 
 /// Height of the lower foot.

@@ -2,6 +2,7 @@
 
 mod clip;
 mod cones;
+mod foreign;
 mod humanoid;
 mod laws;
 mod no_allocation;

@@ -76,13 +76,13 @@ fn what_is_exceeded_is_told_with_its_peak_the_worst_first() {
 }
 
 fn clip_peak(clip: &Clip, limit: RateLimit) -> f64 {
-    clip.peak_speed(limit.joint, limit.part).value
+    clip.peak_speed(limit.joint, limit.part).unwrap().value
 }
 
 #[test]
 fn rounding_is_no_excess() {
     let clip = clip(&rig());
-    let peak = clip.peak_speed(JointId::from_index(1), RatePart::Translation).value;
+    let peak = clip.peak_speed(JointId::from_index(1), RatePart::Translation).unwrap().value;
     for (share, n) in [(1.0, 0), (1.0 - 1e-10, 0), (1.0 - 1e-8, 1)] {
         let limit = limit(1, RatePart::Translation, Rate::Speed, peak * share);
         assert_eq!(clip.exceeded(&[limit]).unwrap().len(), n, "{share}");
@@ -114,7 +114,10 @@ fn what_is_no_limit_is_refused_and_says_why() {
     let error = refused(limit(0, RatePart::Rotation, Rate::Jerk, 1.0));
     assert_eq!(error, ClipError::RateLimitJerk { joint: "hinge".into() });
     let error = refused(limit(5, RatePart::Rotation, Rate::Speed, 1.0));
-    assert_eq!(error.to_string(), "the rig has no joint 5 to limit: expected a number below 5");
+    assert_eq!(
+        error.to_string(),
+        "there is no joint 5 among the 5 of this rig: expected an id that comes from it"
+    );
     for (joint, part, message) in [
         (0, RatePart::Translation, "joint 'hinge' is hinge: it has no translation of its own to limit"),
         (1, RatePart::Rotation, "joint 'slider' is slider: it has no rotation of its own to limit"),

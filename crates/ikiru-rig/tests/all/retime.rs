@@ -32,9 +32,9 @@ fn limits_of(clip: &Clip, rates: &[Rate], seed: u64) -> Vec<RateLimit> {
         for part in [RatePart::Rotation, RatePart::Translation] {
             for rate in rates.iter().copied() {
                 let peak = match rate {
-                    Rate::Speed => clip.peak_speed(joint, part).value,
+                    Rate::Speed => clip.peak_speed(joint, part).unwrap().value,
                     // Where a cone stops a ball at once, it is known to be large alone.
-                    _ => clip.peak_acceleration(joint, part).value.min(60.0),
+                    _ => clip.peak_acceleration(joint, part).unwrap().value.min(60.0),
                 };
                 if peak > 1e-6 {
                     limits.push(RateLimit { joint, part, rate, most: random.between(0.3, 1.3) * peak });
@@ -197,7 +197,7 @@ fn a_clip_that_keeps_its_limits_stays_as_it_is() {
     let clip = random_walk(&random_rig(7, 5), 6, 5);
     let limits: Vec<RateLimit> = limits_of(&clip, &[Rate::Speed], 5)
         .into_iter()
-        .map(|limit| RateLimit { most: clip.peak_speed(limit.joint, limit.part).value, ..limit })
+        .map(|limit| RateLimit { most: clip.peak_speed(limit.joint, limit.part).unwrap().value, ..limit })
         .collect();
     assert!(limits.len() > 3);
     for limits in [limits.as_slice(), &[]] {
@@ -216,7 +216,7 @@ fn a_clip_that_keeps_its_limits_stays_as_it_is() {
 #[test]
 fn a_limit_of_acceleration_costs_no_more_than_an_even_tempo() {
     let clip = moving_hinge(60, quintic);
-    let peak = clip.peak_acceleration(first(), RatePart::Rotation).value;
+    let peak = clip.peak_acceleration(first(), RatePart::Rotation).unwrap().value;
     for share in [0.9, 0.5, 0.1, 0.01] {
         for rate in [30.0, 60.0, 240.0] {
             let limits = [limit(Rate::Acceleration, share * peak)];

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use ikiru_rig::{
-    ChainError, Joint, JointId, JointMotion, Mimic, Pose, PoseError, Range, Rig, RigBuilder, RigError,
-    RigidError, Role, decompose_affine,
+    ChainError, ForeignJoint, Joint, JointId, JointMotion, Mimic, Pose, PoseError, Range, Rig, RigBuilder,
+    RigError, RigidError, Role, decompose_affine,
 };
 
 fn hinge(range: Range) -> JointMotion {
@@ -85,7 +85,7 @@ fn a_follower_follows_and_narrows_its_leader() {
     assert!(pose.value(tail).unwrap().abs() < 1e-15);
     assert!(matches!(pose.set_value(tail, 0.0), Err(PoseError::Kind { .. })));
     pose.set_value(knee, range.max).unwrap();
-    assert!((pose.frame(tail).origin.y - -0.1).abs() < 1e-15);
+    assert!((pose.frame(tail).unwrap().position.y - -0.1).abs() < 1e-15);
 }
 
 #[test]
@@ -127,7 +127,10 @@ fn poses_refuse_what_a_joint_does_not_have() {
         Err(PoseError::Value(_))
     ));
     assert!(matches!(pose.set_translation(tail, DVec3::X), Err(PoseError::Kind { .. })));
-    assert!(matches!(pose.set_value(JointId::from_index(77), 0.0), Err(PoseError::NoJoint(77))));
+    assert!(matches!(
+        pose.set_value(JointId::from_index(77), 0.0),
+        Err(PoseError::NoJoint(ForeignJoint { joint: 77, n_joints: 4 }))
+    ));
     assert!(matches!(pose.retract(&[0.0]), Err(PoseError::Length { .. })));
     assert!(matches!(pose.retract(&[f64::NAN; 5]), Err(PoseError::Value(_))));
     assert!(matches!(Pose::from_coords(&rig, &[0.0]), Err(PoseError::Length { .. })));

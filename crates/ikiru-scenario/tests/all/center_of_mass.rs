@@ -105,9 +105,9 @@ fn masses_of_the_text_take_the_place_of_all() {
     let keys = "target = [0.4, 1.2, 0.3]\nmasses = { hand_l = { kg = 3, center = [0.1, 0, 0] }, head = { kg = 1 } }\n\
                 hard = true";
     let (scenario, pose) = solved(HUMAN, keys);
-    let frame = |name| pose.frame(scenario.rig.joint(name).unwrap());
-    let hand = frame("leftHand").origin.value() + frame("leftHand").rotation.quaternion() * DVec3::X * 0.1;
-    let center = 0.75 * hand + 0.25 * frame("head").origin.value();
+    let frame = |name| pose.frame(scenario.rig.joint(name).unwrap()).unwrap();
+    let hand = frame("leftHand").position + frame("leftHand").rotation * DVec3::X * 0.1;
+    let center = 0.75 * hand + 0.25 * frame("head").position;
     assert!(center.distance(DVec3::new(0.4, 1.2, 0.3)) < 1e-4, "{center}");
     let id = scenario.objectives[0].id::<CenterOfMass>().unwrap();
     assert_eq!(

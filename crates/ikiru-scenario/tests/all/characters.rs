@@ -157,7 +157,7 @@ fn check(path: &str, effectors: [&str; 3], cones: bool) {
         let solved: HashMap<String, DQuat> = scenario
             .active
             .iter()
-            .map(|j| (scenario.rig.get(*j).unwrap().name.clone(), pose.rotation(*j)))
+            .map(|j| (scenario.rig.get(*j).unwrap().name.clone(), pose.rotation(*j).unwrap()))
             .collect();
         assert!(solved.values().all(|q| is_inside(*q, cones)), "{path}: a limit does not hold");
         let found = world(&nodes, &solved);

@@ -14,7 +14,7 @@ fn solved(text: &str) -> (Scenario, Pose) {
 }
 
 fn at(pose: &Pose, joint: &str) -> DVec3 {
-    pose.frame(pose.rig().joint(joint).unwrap()).origin.value()
+    pose.frame(pose.rig().joint(joint).unwrap()).unwrap().position
 }
 
 /// The error with what caused it.
@@ -43,7 +43,7 @@ fn a_robot_goes_with_its_pelvis_whatever_is_pulled() {
         for id in rig.ids().filter(|id| *id != root) {
             let parent = rig.get(id).unwrap().parent.unwrap_or(root);
             let apart =
-                |pose: &Pose| pose.frame(id).origin.value().distance(pose.frame(parent).origin.value());
+                |pose: &Pose| pose.frame(id).unwrap().position.distance(pose.frame(parent).unwrap().position);
             assert!((apart(&pose) - apart(&rest)).abs() < 1e-9);
         }
     }
@@ -122,8 +122,8 @@ fn a_root_translates_along_the_axes_in_which_targets_are_given() {
         ) + "[[objective]]\nkind = \"rest_pose\"\n";
         let scenario = Scenario::parse(&text, "test.toml", "").unwrap();
         let root = scenario.rig.floating_root().unwrap();
-        let moved =
-            scenario.start.frame(root).origin.value() - scenario.rig.rest_pose().frame(root).origin.value();
+        let moved = scenario.start.frame(root).unwrap().position
+            - scenario.rig.rest_pose().frame(root).unwrap().position;
         let expected = scenario.world_from_targets() * DVec3::new(1.0, 2.0, 3.0);
         assert!(moved.distance(expected) < 1e-12, "{rig} {turned}: {moved}");
     }

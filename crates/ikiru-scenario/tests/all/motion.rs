@@ -47,12 +47,12 @@ fn a_target_follows_its_path() {
     // The file's axes: x forward, z up; the rig's: z forward, y up.
     let world = |p: [f64; 3]| DVec3::new(p[1], p[2], p[0]);
     for (secs, point) in [(0.5, [0.45, 0.3, 0.4]), (1.0, [0.5, 0.0, 0.45]), (2.0, [0.45, -0.3, 0.4])] {
-        let at = planned.clip.sample(secs).frame(joint).origin.value();
+        let at = planned.clip.sample(secs).frame(joint).unwrap().position;
         assert!(at.distance(world(point)) < 1.5e-3, "{at} at {secs} s");
     }
     // Between its points the target is on a smooth way, not on the straight one.
     let way = scenario.objectives[0].path.clone().unwrap();
-    let at = planned.clip.sample(1.5).frame(joint).origin.value();
+    let at = planned.clip.sample(1.5).frame(joint).unwrap().position;
     assert!(at.distance(way.at(1.5)) < 1.5e-3);
 }
 

@@ -32,15 +32,15 @@ fn check(file: &str, base: &str, tip: &str) {
         for joint in problem.active() {
             goal.set_value(joint, random_all.value(joint).unwrap()).unwrap();
         }
-        let wanted = goal.frame(tip);
-        problem[id].position = wanted.origin.value();
-        problem[id].rotation = wanted.rotation.quaternion();
+        let wanted = goal.frame(tip).unwrap();
+        problem[id].position = wanted.position;
+        problem[id].rotation = wanted.rotation;
         let mut pose: Pose = middle.clone();
         let success = solver.solve(&problem, &mut pose, &mut workspace).success;
         assert!(pose.limit_violation() < 1e-9);
         let found = world_matrices(&pose)[tip.index()];
-        let near = found.w_axis.truncate().distance(wanted.origin.value()) <= 1.001e-5
-            && DQuat::from_mat4(&found).angle_between(wanted.rotation.quaternion()) <= 1.2e-5;
+        let near = found.w_axis.truncate().distance(wanted.position) <= 1.001e-5
+            && DQuat::from_mat4(&found).angle_between(wanted.rotation) <= 1.2e-5;
         assert_eq!(near, success, "{file}");
         reached += usize::from(near);
     }

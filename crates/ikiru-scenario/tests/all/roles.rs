@@ -39,7 +39,7 @@ fn both_hands_reach_and_the_head_looks_on_every_character() {
         let path = format!("{}/../ikiru-formats/{file}", env!("CARGO_MANIFEST_DIR"));
         // Targets grow with the body: its height at rest, from the feet to the head.
         let rest = scenario(&path, scale, 1.0).rig.rest_pose();
-        let at = |role: Role| rest.frame(rest.rig().role(role).unwrap()).origin.value();
+        let at = |role: Role| rest.frame(rest.rig().role(role).unwrap()).unwrap().position;
         let size = (at(Role::Head) - at(Role::LeftFoot)).y / 0.85;
         assert!((1.2..2.3).contains(&size), "{file}: {size}");
         let scenario = scenario(&path, scale, size);

@@ -298,7 +298,7 @@ mod tests {
         let held: Pose = random_pose(&rig, random);
         for _ in 0..random.below(4) {
             let pair = [joint(random), joint(random)];
-            let frames = pair.map(|joint| held.frame(joint).origin.value());
+            let frames = pair.map(|joint| held.frame(joint).unwrap().position);
             let apart = frames[0].distance(frames[1]);
             if pair[0] != pair[1] {
                 let bounds = [Bound::AtMost(apart), Bound::Exactly(apart), Bound::AtLeast(apart)];

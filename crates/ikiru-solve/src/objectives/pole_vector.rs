@@ -67,7 +67,7 @@ mod tests {
             let joints = [0, 1, 2].map(|_| JointId::from_index(random.below(rig.n_joints())));
             // A limb that is nearly stretched bends its angle faster than differences can follow.
             let frames = rig.rest_pose().frames();
-            let [a, b, c] = joints.map(|j| frames[j.index()].origin.value());
+            let [a, b, c] = joints.map(|j| frames[j.index()].position);
             let bent = (c - a).cross(b - a).length() > 0.05;
             PoleVector { joints: if bent { joints } else { [joints[0]; 3] }, target: random.vector(2.0) }
         });

@@ -153,7 +153,7 @@ impl State {
                 let moves =
                     position + 1 == joints.len() && !matches!(layout.nodes[idx].motion, JointMotion::Fixed);
                 if !moves {
-                    pose.apply_motion_to(joint, &mut link);
+                    kinematics::apply_motion_in(pose, joint, &mut link);
                 }
             }
             let is_translation = link.rotation == ikiru_rig::Rotation::identity();

@@ -42,8 +42,8 @@ fn problem(rig: &Rig, random: &mut Random, target: &Pose) -> Problem {
     let mut problem = Problem::whole_body(rig);
     let end = JointId::from_index(rig.n_joints() - 1);
     let [a, b, c] = [0, 1, 2].map(|_| JointId::from_index(random.below(rig.n_joints())));
-    let frame = target.frame(end);
-    let (position, rotation) = (DVec3::from(frame.origin), frame.rotation.quaternion());
+    let frame = target.frame(end).unwrap();
+    let (position, rotation) = (frame.position, frame.rotation);
     let loss = [Loss::Squared, Loss::Norm, Loss::Huber { width: 0.1 }][random.below(3)];
     let reach = problem.add(1.0, Position::new(end, position));
     problem.term_mut(reach).loss = loss;

@@ -37,7 +37,7 @@ fn every_method_stays_inside_and_lm_reaches_what_can_be_reached() {
     let mut reached = 0;
     for case in 0..100 {
         let (rig, tip) = arm(&mut random);
-        let target = random_pose(&rig, &mut random).frame(tip).origin.value();
+        let target = random_pose(&rig, &mut random).frame(tip).unwrap().position;
         let mut problem = Problem::whole_body(&rig);
         problem.add(1.0, Position::new(tip, target));
         for &method in Method::ALL {
@@ -62,12 +62,13 @@ fn motions_stay_inside_between_poses_too() {
     let mut reached = 0;
     for case in 0..40 {
         let (rig, tip) = arm(&mut random);
-        let (start, goal) = (random_pose(&rig, &mut random), random_pose(&rig, &mut random).frame(tip));
+        let (start, goal) =
+            (random_pose(&rig, &mut random), random_pose(&rig, &mut random).frame(tip).unwrap());
         let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(6).unwrap());
         motion.set_smoothness([1e-6; 3]).unwrap();
         motion.fix_start(&start).unwrap();
-        motion.add(1.0, When::End, Position::new(tip, goal.origin.value())).unwrap();
-        motion.add(0.1, When::End, Orientation::new(tip, goal.rotation.quaternion())).unwrap();
+        motion.add(1.0, When::End, Position::new(tip, goal.position)).unwrap();
+        motion.add(0.1, When::End, Orientation::new(tip, goal.rotation)).unwrap();
         let planned = plan(SolverOptions::default(), &motion, &start);
         for pose in planned.clip.poses() {
             assert!(largest_cone_excess(pose) < 1e-9, "case {case}: {}", largest_cone_excess(pose));

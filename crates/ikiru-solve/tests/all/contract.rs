@@ -167,7 +167,7 @@ fn rows_come_and_go_without_anything_being_laid_out_anew() {
         let mut random = Random::new(number);
         let rig = random_rig(9, number);
         let tip = JointId::from_index(8);
-        let target = random_pose(&rig, &mut random).frame(tip).origin.value();
+        let target = random_pose(&rig, &mut random).frame(tip).unwrap().position;
         let start = random_pose(&rig, &mut random);
         let balls: Vec<(DVec3, f64)> =
             (0..8).map(|_| (target + random.vector(0.5), random.between(0.02, 0.2))).collect();
@@ -184,7 +184,7 @@ fn rows_come_and_go_without_anything_being_laid_out_anew() {
                 missed = solver.solve(&problem, &mut pose, &mut workspace).terms[1].residual;
             });
             assert_eq!(allocated, 0, "case {number}");
-            let at = pose.frame(tip).origin.value();
+            let at = pose.frame(tip).unwrap().position;
             let deepest = balls.iter().map(|(center, r)| r - at.distance(*center)).fold(0.0, f64::max);
             assert!((deepest - missed).abs() < 1e-9 || missed > deepest, "{deepest}, {missed}");
             (pose, deepest)
@@ -248,9 +248,9 @@ fn an_objective_that_gives_up_ends_the_solve_and_is_named() {
             let mut workspace = solver.workspace(&problem);
             let mut pose = rig.rest_pose();
             pose.project();
-            let before = pose.frame(tip).origin.value().distance(far);
+            let before = pose.frame(tip).unwrap().position.distance(far);
             let report = solver.solve(&problem, &mut pose, &mut workspace);
-            let after = pose.frame(tip).origin.value().distance(far);
+            let after = pose.frame(tip).unwrap().position.distance(far);
             let is_invalid = report.stop == StopReason::InvalidInput;
             assert!(report.cost.is_finite() || is_invalid, "{}: {:?}", method.name(), report.stop);
             (report.stop, report.invalid, before, after)

@@ -17,7 +17,7 @@ fn missed(n_cases: u64, has_centres: bool, pull: f64) -> (usize, usize) {
         let rig = if has_centres { rig } else { without_centres(&rig) };
         let hand = JointId::from_index(rig.n_joints() - 1);
         let mut problem = Problem::whole_body(&rig);
-        let target = random_pose(&rig, &mut random).frame(hand).origin.value();
+        let target = random_pose(&rig, &mut random).frame(hand).unwrap().position;
         problem.add(1.0, Position::new(hand, target));
         let joints: Vec<JointId> = problem.active().collect();
         problem.add(pull, RestPose::new(&joints, rig.rest_pose()));

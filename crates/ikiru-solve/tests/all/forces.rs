@@ -132,7 +132,7 @@ fn the_swing_and_the_twist_of_a_cone_cost_what_moving_them_saves() {
     near(twist.amount, saved(|d| solved(&problem([0.0, 0.0, d]).0).0));
     // Each width moves the edge outwards by so much where the swing is.
     let cone = now.rig().get(joint).unwrap().motion.cone().copied().unwrap();
-    let (widths, at) = (DVec2::new(0.8, 0.6), DVec2::from(cone.decompose(pose.rotation(joint)).0));
+    let (widths, at) = (DVec2::new(0.8, 0.6), DVec2::from(cone.decompose(pose.rotation(joint).unwrap()).0));
     let out = (at / (widths * widths)).normalize();
     near(swing.amount * out.x * at.x / widths.x, saved(|d| solved(&problem([d, 0.0, 0.0]).0).0));
     near(swing.amount * out.y * at.y / widths.y, saved(|d| solved(&problem([0.0, d, 0.0]).0).0));

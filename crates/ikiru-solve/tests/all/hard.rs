@@ -64,10 +64,10 @@ fn a_constraint_that_nothing_moves_is_named_and_spoils_no_other() {
         let joint = JointId::from_index;
         // Nothing above the fifth joint moves.
         let mut problem = Problem::new(&rig, rig.ids().filter(|joint| joint.index() >= 5));
-        let target = random_pose(&rig, &mut random).frame(joint(9)).origin.value();
+        let target = random_pose(&rig, &mut random).frame(joint(9)).unwrap().position;
         problem.add(1.0, Position::new(joint(9), target));
         let start = random_pose(&rig, &mut random);
-        let apart = start.frame(joint(6)).origin.value().distance(start.frame(joint(9)).origin.value());
+        let apart = start.frame(joint(6)).unwrap().position.distance(start.frame(joint(9)).unwrap().position);
         problem.add_hard(Distance::new([joint(6), joint(9)], Bound::AtMost(apart)));
         let solver = Solver::default();
         let mut alone = start.clone();

@@ -81,7 +81,7 @@ fn residual<T: ikiru_solve::Objective + Clone>(rig: &Rig, objective: T, pose: &P
 
 /// The distance of two joints, as a constraint that `pose` keeps.
 fn distance(joints: [JointId; 2], random: &mut Random, pose: &Pose) -> Distance {
-    let [a, b] = joints.map(|joint| pose.frame(joint).origin.value());
+    let [a, b] = joints.map(|joint| pose.frame(joint).unwrap().position);
     let apart = a.distance(b);
     let bound = match random.below(2) {
         0 => Bound::AtLeast((apart - random.between(0.0, 0.05)).max(0.0)),
@@ -100,8 +100,8 @@ fn center_of_mass(rig: &Rig, random: &mut Random, pose: &Pose) -> Option<CenterO
     }
     let kg: f64 = segments.iter().map(|segment| segment.kg).sum();
     let weighed = segments.iter().map(|segment| {
-        let frame = pose.frame(segment.joint);
-        segment.kg * (frame.origin.value() + frame.rotation.quaternion() * segment.center)
+        let frame = pose.frame(segment.joint).unwrap();
+        segment.kg * (frame.position + frame.rotation * segment.center)
     });
     let center = weighed.sum::<DVec3>() / kg;
     if segments.is_empty() {
@@ -122,7 +122,9 @@ fn known(rig: &Rig, joint: JointId, pose: &Pose) -> Option<KnownRotation> {
         JointMotion::Fixed => return None,
         JointMotion::Hinge { .. } | JointMotion::Slider { .. } => JointAngles::Value(pose.value(joint)?),
         JointMotion::Euler { .. } => JointAngles::Euler(pose.euler(joint)?.map(Some)),
-        JointMotion::Ball { .. } | JointMotion::Free { .. } => JointAngles::Rotation(pose.rotation(joint)),
+        JointMotion::Ball { .. } | JointMotion::Free { .. } => {
+            JointAngles::Rotation(pose.rotation(joint).unwrap())
+        }
     };
     Some(KnownRotation::new(&[(joint, angles)]))
 }
@@ -135,7 +137,7 @@ pub(crate) fn case(number: u64) -> Case {
     let mut problem = Problem::whole_body(&rig);
     let joint = |random: &mut Random| JointId::from_index(random.below(rig.n_joints()));
     let tip = JointId::from_index(rig.n_joints() - 1);
-    let target = random_pose(&rig, &mut random).frame(tip).origin.value();
+    let target = random_pose(&rig, &mut random).frame(tip).unwrap().position;
     problem.add(1.0, Position::new(tip, target));
     let joints: Vec<JointId> = problem.active().collect();
     problem.add(0.05, RestPose::new(&joints, rig.rest_pose()));
@@ -152,7 +154,7 @@ pub(crate) fn case(number: u64) -> Case {
             }
             7 => {
                 let (joint, normal) = (joint(&mut random), random.rotation() * DVec3::X);
-                let least = feasible.frame(joint).origin.value().dot(normal) - random.between(0.0, 0.05);
+                let least = feasible.frame(joint).unwrap().position.dot(normal) - random.between(0.0, 0.05);
                 problem.add_hard(Beside { joint, normal, least });
             }
             8 => {

@@ -31,11 +31,11 @@ fn case(number: u64, n_samples: usize) -> (Rig, MotionProblem) {
         motion.fix_start(&poses[0]).unwrap();
     }
     let tip = JointId::from_index(rig.n_joints() - 1);
-    let end = random_pose(&rig, &mut random).frame(tip).origin.value();
+    let end = random_pose(&rig, &mut random).frame(tip).unwrap().position;
     motion.add(1.0, When::End, Position::new(tip, end)).unwrap();
     for _ in 0..1 + random.below(4) {
         let [a, b] = [0, 1].map(|_| JointId::from_index(random.below(rig.n_joints())));
-        let apart = |pose: &Pose| pose.frame(a).origin.value().distance(pose.frame(b).origin.value());
+        let apart = |pose: &Pose| pose.frame(a).unwrap().position.distance(pose.frame(b).unwrap().position);
         let all = poses.iter().map(apart);
         let bound = match random.below(2) {
             0 => Bound::AtLeast((all.fold(f64::INFINITY, f64::min) - 0.01).max(0.0)),
@@ -101,7 +101,7 @@ fn constraints_hold_where_steps_are_solved_for_iteratively() {
     for number in 0..6 {
         let (rig, mut motion) = case(number, 151);
         let tip = JointId::from_index(rig.n_joints() - 1);
-        let from = rig.rest_pose().frame(tip).origin.value();
+        let from = rig.rest_pose().frame(tip).unwrap().position;
         // Targets at every sample: too many rows to solve over.
         let way = DVec3::new(0.1, -0.05, 0.1);
         for joint in 0..2 {
@@ -139,7 +139,8 @@ fn constraints_that_contradict_each_other_are_named() {
     let rig = random_rig(6, 3);
     let [a, b] = [0, 5].map(JointId::from_index);
     let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
-    let apart = rig.rest_pose().frame(a).origin.value().distance(rig.rest_pose().frame(b).origin.value());
+    let apart =
+        rig.rest_pose().frame(a).unwrap().position.distance(rig.rest_pose().frame(b).unwrap().position);
     hard(&mut motion, When::Throughout, Distance::new([a, b], Bound::AtMost(apart)));
     hard(&mut motion, When::At(0.6), Distance::new([a, b], Bound::AtLeast(apart + 0.1)));
     for method in [Method::Lm, Method::Adam(AdamOptions::DEFAULT)] {
@@ -223,7 +224,7 @@ fn what_reads_earlier_samples_holds_between_them() {
         if number % 2 == 0 {
             motion.fix_start(&start).unwrap();
         }
-        let reach = random_pose(&rig, &mut random).frame(hand).origin.value();
+        let reach = random_pose(&rig, &mut random).frame(hand).unwrap().position;
         motion.add(1.0, When::End, Position::new(hand, reach)).unwrap();
         let id = motion.add(1.0, When::Span { from: 0.3, to: 0.8 }, still.clone()).unwrap();
         let term = motion.term_mut(id);
@@ -233,8 +234,8 @@ fn what_reads_earlier_samples_holds_between_them() {
         let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default());
         assert!(planned.report.invalid.is_none(), "{:?}", planned.report.invalid);
         let at = |sample: usize| {
-            let frame = planned.clip.poses()[sample].frame(foot);
-            frame.origin.value() + frame.rotation.apply_constant(still.point).value()
+            let frame = planned.clip.poses()[sample].frame(foot).unwrap();
+            frame.position + frame.rotation * still.point
         };
         // From the sample before the first that it holds at, to the last.
         let slip = (3..=8).map(|sample| at(sample).distance(at(sample - 1))).fold(0.0, f64::max);

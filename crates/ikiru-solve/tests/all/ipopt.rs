@@ -61,7 +61,7 @@ fn the_minimum_is_that_of_lm() {
         let rig = without_centres(&random_rig(3 + random.below(12), 500 + case));
         let hand = JointId::from_index(rig.n_joints() - 1);
         // A strong pull: there is one minimum near the rest pose.
-        let target = rig.rest_pose().frame(hand).origin.value() + random.vector(0.15);
+        let target = rig.rest_pose().frame(hand).unwrap().position + random.vector(0.15);
         let problem = pulled(&rig, hand, target, 0.5);
         let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
         let lm = solve(SolverOptions::default(), &problem, &mut a).0;
@@ -82,7 +82,7 @@ fn about_other_centres_the_minimum_is_one_for_lm_too() {
     for case in 0..40 {
         let rig = random_rig(3 + random.below(12), 500 + case);
         let hand = JointId::from_index(rig.n_joints() - 1);
-        let target = rig.rest_pose().frame(hand).origin.value() + random.vector(0.15);
+        let target = rig.rest_pose().frame(hand).unwrap().position + random.vector(0.15);
         let problem = pulled(&rig, hand, target, 0.5);
         let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
         let lm = solve(SolverOptions::default(), &problem, &mut a).0;
@@ -104,9 +104,9 @@ fn limits_hold_and_reachable_targets_are_reached() {
     for case in 0..40 {
         let rig = random_rig(2 + random.below(16), 900 + case);
         let joint = JointId::from_index(rig.n_joints() - 1);
-        let frame = random_pose(&rig, &mut random).frame(joint);
+        let frame = random_pose(&rig, &mut random).frame(joint).unwrap();
         let mut problem = Problem::whole_body(&rig);
-        problem.add(1.0, PoseTarget::new(joint, frame.origin.into(), frame.rotation.quaternion()));
+        problem.add(1.0, PoseTarget::new(joint, frame.position, frame.rotation));
         let options = SolverOptions { search: Search::Global { max_restarts: 8 }, ..IPOPT };
         let mut pose = rig.rest_pose();
         pose.project(); // of joints, too, that the target does not see
@@ -116,7 +116,7 @@ fn limits_hold_and_reachable_targets_are_reached() {
         if stop == StopReason::Reached {
             reached += 1;
             let found = world_matrices(&pose)[joint.index()].w_axis.truncate();
-            assert!(found.distance(frame.origin.into()) < 1.001e-3);
+            assert!(found.distance(frame.position) < 1.001e-3);
         }
     }
     assert!(reached * 100 >= all * 97, "{reached} of {all}");
@@ -162,8 +162,8 @@ fn hard_rows_are_its_own_constraints() {
     let meets = random_pose(&rig, &mut random);
     let mut problem = pulled(&rig, hand, far, 1e-3);
     for joint in [1, 2, 3].map(JointId::from_index) {
-        let frame = meets.frame(joint);
-        problem.add_hard(PoseTarget::new(joint, frame.origin.value(), frame.rotation.quaternion()));
+        let frame = meets.frame(joint).unwrap();
+        problem.add_hard(PoseTarget::new(joint, frame.position, frame.rotation));
     }
     let found = hard_cases::solve(IPOPT, &problem, &mut rig.rest_pose());
     assert!(found.missed < 1e-6, "{}", found.missed);

@@ -98,7 +98,7 @@ fn several_keys_given_ends_and_a_direction_throughout() {
         motion.fix_start(&start).unwrap();
         motion.fix_end(Some(&end)).unwrap();
         let targets: Vec<DVec3> =
-            (0..3).map(|_| random_pose(&rig, &mut random).frame(tip).origin.value()).collect();
+            (0..3).map(|_| random_pose(&rig, &mut random).frame(tip).unwrap().position).collect();
         for (i, target) in targets.iter().enumerate() {
             motion.add(10.0, When::At(0.5 * (i as f64 + 1.0)), Position::new(tip, *target)).unwrap();
         }
@@ -276,8 +276,8 @@ fn rotations_of_balls_and_a_free_root_go_the_short_way() {
     let poses = planned.clip.poses();
     for (t, pose) in poses.iter().enumerate() {
         let part = t as f64 / 9.0;
-        let angle = pose.rotation(root).angle_between(DQuat::IDENTITY.slerp(turn, part));
-        let way = pose.translation(root).distance(DVec3::new(1.0, -2.0, 0.5) * part);
+        let angle = pose.rotation(root).unwrap().angle_between(DQuat::IDENTITY.slerp(turn, part));
+        let way = pose.translation(root).unwrap().distance(DVec3::new(1.0, -2.0, 0.5) * part);
         assert!(angle < 0.01 && way < 0.01, "frame {t}: {angle} rad, {way} m off the straight way");
     }
 }

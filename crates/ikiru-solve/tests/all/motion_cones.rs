@@ -32,12 +32,12 @@ fn motions_slide_along_the_edges_of_cones() {
     let mut reached = 0;
     for _ in 0..100 {
         // Poses of random cones: many of them on an edge.
-        let goal = random_pose(&rig, &mut random).frame(tip);
+        let goal = random_pose(&rig, &mut random).frame(tip).unwrap();
         let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(6).unwrap());
         motion.set_smoothness([1e-6; 3]).unwrap();
         motion.fix_start(&rig.rest_pose()).unwrap();
-        motion.add(1.0, When::End, Position::new(tip, goal.origin.value())).unwrap();
-        motion.add(0.1, When::End, Orientation::new(tip, goal.rotation.quaternion())).unwrap();
+        motion.add(1.0, When::End, Position::new(tip, goal.position)).unwrap();
+        motion.add(0.1, When::End, Orientation::new(tip, goal.rotation)).unwrap();
         let planned = plan(options, &motion, &rig.rest_pose());
         assert!(planned.clip.poses().iter().all(|p| p.limit_violation() < 1e-9));
         reached += usize::from(planned.report.success);

@@ -153,17 +153,19 @@ fn every_joint_of_any_rig_keeps_its_limits() {
         motion.set_smoothness([1e-4; 3]).unwrap();
         motion.fix_start(&start).unwrap();
         let tip = JointId::from_index(rig.n_joints() - 1);
-        let frame = goal.frame(tip);
-        motion.add(1.0, When::End, Position::new(tip, frame.origin.value())).unwrap();
-        motion.add(0.1, When::At(0.5), Orientation::new(tip, goal.frame(tip).rotation.quaternion())).unwrap();
+        let frame = goal.frame(tip).unwrap();
+        motion.add(1.0, When::End, Position::new(tip, frame.position)).unwrap();
+        motion.add(0.1, When::At(0.5), Orientation::new(tip, goal.frame(tip).unwrap().rotation)).unwrap();
         let free = plan(&motion, &start);
         assert!(free.report.exceeded.is_empty());
         // Half of what each joint would like.
         let mut limits = Vec::new();
         for joint in rig.ids() {
             for part in [RatePart::Rotation, RatePart::Translation] {
-                let (peak, bend) =
-                    (free.clip.peak_speed(joint, part), free.clip.peak_acceleration(joint, part));
+                let (peak, bend) = (
+                    free.clip.peak_speed(joint, part).unwrap(),
+                    free.clip.peak_acceleration(joint, part).unwrap(),
+                );
                 // A ball that its cone stops at once has no acceleration to speak of.
                 let has_cone = rig.get(joint).unwrap().motion.cone().is_some();
                 if peak.value > 0.05 {
@@ -335,13 +337,15 @@ fn limits_above_what_a_motion_needs_are_kept_from_a_moving_history() {
         motion.set_smoothness([1e-4; 3]).unwrap();
         motion.fix_history(&poses[..3]).unwrap();
         let tip = JointId::from_index(rig.n_joints() - 1);
-        let far = poses.last().unwrap().frame(tip).origin.value() * 1.5;
+        let far = poses.last().unwrap().frame(tip).unwrap().position * 1.5;
         motion.add(1.0, When::End, Position::new(tip, far)).unwrap();
         let mut limits = Vec::new();
         for joint in rig.ids() {
             for part in [RatePart::Rotation, RatePart::Translation] {
-                let (speed, bend) =
-                    (clip.peak_speed(joint, part).value, clip.peak_acceleration(joint, part).value);
+                let (speed, bend) = (
+                    clip.peak_speed(joint, part).unwrap().value,
+                    clip.peak_acceleration(joint, part).unwrap().value,
+                );
                 if speed > 0.01 {
                     limits.push(limit(joint, part, Rate::Speed, 1.3 * speed));
                     limits.push(limit(joint, part, Rate::Acceleration, 1.3 * bend.max(0.1)));

@@ -41,8 +41,8 @@ fn ignore<T>(_: T) {}
 
 /// A frame of `random_pose` for one joint, as targets that can be reached.
 fn reachable(rig: &Rig, joint: JointId, random: &mut Random) -> (DVec3, DQuat) {
-    let frame = random_pose(rig, random).frame(joint);
-    (frame.origin.into(), frame.rotation.quaternion())
+    let frame = random_pose(rig, random).frame(joint).unwrap();
+    (frame.position, frame.rotation)
 }
 
 /// Position and rotation of a joint, recomputed by matrices.
@@ -370,7 +370,7 @@ fn a_changed_problem_is_planned_anew_by_the_same_workspace() {
     problem[id].target = DVec3::new(0.0, 0.3, 0.0);
     let mut pose = rig.rest_pose();
     assert!(solver.solve(&problem, &mut pose, &mut workspace).success);
-    assert!(pose.frame(elbow).origin.value().distance(DVec3::new(0.0, 0.3, 0.0)) < 1e-3);
+    assert!(pose.frame(elbow).unwrap().position.distance(DVec3::new(0.0, 0.3, 0.0)) < 1e-3);
     // And a workspace that has never seen a problem works too.
     let mut fresh = Default::default();
     assert!(solver.solve(&problem, &mut rig.rest_pose(), &mut fresh).success);

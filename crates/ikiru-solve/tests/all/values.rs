@@ -29,7 +29,7 @@ impl Case {
         let mut random = Random::new(number);
         let tip = JointId::from_index(7);
         let mut problem = Problem::whole_body(&rig);
-        let reach = random_pose(&rig, &mut random).frame(tip).origin.value();
+        let reach = random_pose(&rig, &mut random).frame(tip).unwrap().position;
         problem.add(1.0, Position::new(tip, reach));
         let wish = Direction::new(JointId::from_index(5), random.vector(1.0), random.vector(1.0));
         if with_wish {
@@ -150,7 +150,7 @@ fn a_term_of_a_motion_that_is_off_costs_nothing_and_is_still_reported() {
     let rig = random_rig(6, 2);
     let mut random = Random::new(4);
     let tip = JointId::from_index(5);
-    let target = random_pose(&rig, &mut random).frame(tip).origin.value();
+    let target = random_pose(&rig, &mut random).frame(tip).unwrap().position;
     let plan = |add: bool, is_on: bool| {
         let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
         motion.fix_start(&rig.rest_pose()).unwrap();

@@ -60,10 +60,8 @@ impl Facts {
     fn new(loaded: Loaded, limited: &[JointId], warnings: Vec<String>) -> Self {
         let rig = &loaded.rig;
         let frames = rig.rest_pose().frames();
-        let rest: Vec<Rest> = frames
-            .iter()
-            .map(|f| Rest { position: f.origin.value(), rotation: f.rotation.quaternion() })
-            .collect();
+        let rest: Vec<Rest> =
+            frames.iter().map(|f| Rest { position: f.position, rotation: f.rotation }).collect();
         let limits_from = rig
             .ids()
             .zip(rig.joints())

@@ -1,7 +1,7 @@
 //! BVH once more: a small parser for well-formed texts, and kinematics by 4×4 matrices.
 
 use glam::{DMat4, DVec3};
-use ikiru_rig::Frame;
+use ikiru_rig::JointFrame;
 
 use super::apart;
 
@@ -150,7 +150,7 @@ pub(crate) fn assert_strict(text: &str) {
 }
 
 /// Asserts that both have the same world frames, within a tolerance in metres and radians.
-pub(crate) fn assert_same_frames_to(a: &[Frame], b: &[Frame], tolerance: f64) {
+pub(crate) fn assert_same_frames_to(a: &[JointFrame], b: &[JointFrame], tolerance: f64) {
     assert_eq!(a.len(), b.len());
     for (idx, (a, b)) in a.iter().zip(b).enumerate() {
         let (angle, distance) = apart(a, b);

@@ -8,7 +8,7 @@ pub(crate) mod bvh;
 use std::path::PathBuf;
 
 use glam::{DMat4, DQuat, DVec3};
-use ikiru_rig::{Frame, Rig};
+use ikiru_rig::{JointFrame, Rig};
 use serde_json::{Value, json};
 
 /// A file of `tests/data`.
@@ -125,14 +125,14 @@ pub(crate) fn matrices(document: &Value) -> Vec<(String, DMat4)> {
 }
 
 /// Angle of the rotation between two frames, radians, and the distance of their origins.
-pub(crate) fn apart(a: &Frame, b: &Frame) -> (f64, f64) {
-    let turn = a.rotation.quaternion().inverse() * b.rotation.quaternion();
+pub(crate) fn apart(a: &JointFrame, b: &JointFrame) -> (f64, f64) {
+    let turn = a.rotation.inverse() * b.rotation;
     let angle = 2.0 * DVec3::new(turn.x, turn.y, turn.z).length().atan2(turn.w.abs());
-    (angle, a.origin.value().distance(b.origin.value()))
+    (angle, a.position.distance(b.position))
 }
 
 /// Asserts that both have the same world frames: within 1e-5 of the size, and 1e-5 rad.
-pub(crate) fn assert_same_frames(what: &str, rig: &Rig, a: &[Frame], b: &[Frame]) {
+pub(crate) fn assert_same_frames(what: &str, rig: &Rig, a: &[JointFrame], b: &[JointFrame]) {
     assert_eq!(a.len(), b.len(), "{what}");
     let size = rig.size();
     for (joint, (a, b)) in rig.joints().iter().zip(a.iter().zip(b)) {

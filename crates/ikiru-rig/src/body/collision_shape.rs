@@ -1,14 +1,18 @@
-//! Collision geometry of a rig's joints, as a file gives it.
+//! The solids that joints carry: what of a body must not run into things.
 
-use ikiru_rig::{Frame, JointId};
+use glam::{DQuat, DVec3};
+
+use crate::joint::JointId;
 
 /// A solid that moves with a joint, for objectives that keep things apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollisionShape {
     /// The joint that it moves with.
     pub joint: JointId,
-    /// How it lies in that joint's frame, metres.
-    pub joint_from_shape: Frame,
+    /// Where its centre is in that joint's frame, metres.
+    pub position: DVec3,
+    /// How its axes are turned in that joint's frame, a unit quaternion.
+    pub rotation: DQuat,
     /// What it is.
     pub kind: ShapeKind,
 }
