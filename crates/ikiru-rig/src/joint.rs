@@ -116,6 +116,10 @@ impl EulerOrder {
 }
 
 /// How a joint moves on top of its rest transform, with the limits of that motion.
+///
+/// A new variant will be a new major version: whoever matches, matches all of them.
+// Not `non_exhaustive`: other crates of the project would then need the `_` arm that CONTRIBUTING forbids, and the compiler
+// would no longer show them what a new way to move asks of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum JointMotion {
     /// It does not move.

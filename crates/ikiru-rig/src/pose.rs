@@ -39,6 +39,7 @@ impl PartialEq for Pose {
 
 /// Why a pose was not changed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PoseError {
     /// The joint does not have what was set.
     #[error("joint '{joint}' is {motion}: it has no {wanted} to set")]

@@ -6,7 +6,8 @@ use crate::humanoid::Role;
 use crate::joint::{Joint, JointId, JointMotion};
 use crate::limit::Range;
 use crate::pose::{Pose, PoseError};
-use crate::rig::{Rig, RigBuilder, RigError};
+use crate::rig::{Rig, RigBuilder};
+use crate::rig_error::RigError;
 
 impl Rig {
     /// The lowest joint that carries all of the given ones: each is this joint or hangs below it. `None` for

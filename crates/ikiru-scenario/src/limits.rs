@@ -48,6 +48,7 @@ const KEYS: [Key; 7] = [RANGES[0], RANGES[1], CONE[0], CONE[1], CONE[2], CONE[3]
 /// How far a joint may turn, which says how it moves: `[limits.NAME]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum LimitKeys {
     /// Ranges of three angles: an Euler joint.
     Ranges {

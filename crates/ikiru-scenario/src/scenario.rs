@@ -62,6 +62,7 @@ struct WrittenTarget {
 
 /// Why a target was not changed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TargetError {
     /// There are not so many objectives.
     #[error("there is no objective {0}: the scenario has {1}, counted from 0")]

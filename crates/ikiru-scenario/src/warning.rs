@@ -41,6 +41,7 @@ pub enum Warning {
 
 /// A pose that a scenario has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ScenarioPose {
     /// The rest pose, where the scenario does not say otherwise.
     Rest,

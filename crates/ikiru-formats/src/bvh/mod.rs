@@ -72,6 +72,7 @@ impl Default for BvhOptions {
 
 /// How a joint's position channels go with its `OFFSET`. It is one way for all joints of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PositionChannels {
     /// What the frames suggest: each joint with both votes, by whether its mean position is nearer to the
     /// offset ([`InPlace`](Self::InPlace)) or to zero ([`OnTop`](Self::OnTop)) along the offset's direction;

@@ -36,6 +36,7 @@ pub struct Clip {
 
 /// Why a clip cannot exist.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ClipError {
     /// There is no pose.
     #[error("a clip needs at least one pose")]

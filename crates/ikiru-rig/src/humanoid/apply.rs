@@ -3,8 +3,10 @@
 use crate::humanoid::Role;
 use crate::humanoid::assign::{Assignment, of_joints};
 use crate::name::{UnknownName, unknown};
-use crate::rig::{Rig, RigBuilder, RigError};
+use crate::rig::{Rig, RigBuilder};
+use crate::rig_error::RigError;
 
+// Not `non_exhaustive`: scenarios say where in the file each case is, and the compiler shows them a new one.
 /// Why roles that a user gave could not be applied.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RoleMapError {

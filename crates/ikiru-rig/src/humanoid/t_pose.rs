@@ -7,7 +7,8 @@ use crate::humanoid::{Role, facing};
 use crate::joint::{Joint, JointId, JointMotion};
 use crate::maths;
 use crate::pose::Pose;
-use crate::rig::{Rig, RigBuilder, RigError};
+use crate::rig::{Rig, RigBuilder};
+use crate::rig_error::RigError;
 
 /// Bones of the left side and where they point in a T-pose, from the trunk outwards: the joint, the joints of
 /// which the first that exists is its end, and whether it is a leg's (down) or an arm's (sideways).

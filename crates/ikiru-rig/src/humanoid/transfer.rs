@@ -9,10 +9,12 @@ use crate::humanoid::{Role, facing};
 use crate::joint::{JointId, JointMotion};
 use crate::maths;
 use crate::pose::{Pose, PoseError};
-use crate::rig::{Rig, RigError};
+use crate::rig::Rig;
+use crate::rig_error::RigError;
 
 /// The pose in which two rigs are taken to look alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reference {
     /// Both rigs' rest poses, as they are: right for rigs that rest in the same pose.
     Rest,
@@ -69,6 +71,7 @@ impl std::fmt::Display for TransferWarning {
 
 /// Why a clip cannot be transferred.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TransferError {
     /// No joint of the clip's rig, or of the target, has a role.
     #[error("{0} has no humanoid roles, by which its joints could be found")]

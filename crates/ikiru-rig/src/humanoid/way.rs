@@ -7,7 +7,8 @@ use crate::humanoid::Role;
 use crate::humanoid::transfer::TransferWarning;
 use crate::joint::{JointId, JointMotion};
 use crate::pose::{Pose, PoseError};
-use crate::rig::{Rig, RigError};
+use crate::rig::Rig;
+use crate::rig_error::RigError;
 
 /// How the hips of a target get through a clip.
 pub(super) struct Way {

@@ -30,6 +30,7 @@ pub struct Cone {
 
 /// What is wrong with the numbers of a [`Cone`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ConeError {
     /// The axis has no direction.
     #[error("the axis must be a finite vector longer than zero, not {0:?}")]
