@@ -7,6 +7,7 @@
 
 mod cargo;
 mod deny;
+mod features;
 mod fuzz;
 mod ipopt;
 mod package;

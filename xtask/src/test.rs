@@ -7,14 +7,14 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 
 use crate::cargo::{self, Target};
-use crate::{deny, ipopt, package, tidy};
+use crate::{deny, features, ipopt, package, tidy};
 
 /// A step: its name and what it does in the project's root.
 type Step = (&'static str, fn(&Path) -> Result<()>);
 
 /// The cheap ones first, so that a slip shows within seconds. What is compiled is compiled once: all tests and examples
 /// in one go with every feature, and checks of other features share what they have in common with the lints.
-const STEPS: [Step; 11] = [
+const STEPS: [Step; 12] = [
     ("components", cargo::require_components),
     ("format", |root| cargo::run(root, &["fmt", "--all", "--check"])),
     ("tidy", tidy::run),
@@ -26,6 +26,7 @@ const STEPS: [Step; 11] = [
     }),
     ("examples", examples),
     ("left out", left_out),
+    ("features", features::run),
     ("docs", docs),
     ("package", package::run),
 ];
@@ -64,12 +65,19 @@ fn docs(root: &Path) -> Result<()> {
     cargo::finish(ipopt::check_all(&mut command))
 }
 
-/// What the command says of features that a build does not have: the tests before this step have them all. Little runs
+/// What the command and the readers say of features that a build does not have: the tests before this step have them all. Little runs
 /// and most is compiled for it alone, so that nothing is optimised.
 fn left_out(root: &Path) -> Result<()> {
     let mut command = cargo::command(root);
     command.args(["test", "-p", "ikiru-cli", "--test", "all", "--", "left_out"]);
-    cargo::finish(command.env("CARGO_PROFILE_TEST_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_OPT_LEVEL", "0"))
+    cargo::finish(plain(&mut command))?;
+    let mut command = cargo::command(root);
+    command.args(["test", "-p", "ikiru-formats", "--no-default-features", "--lib", "--", "left_out"]);
+    cargo::finish(plain(&mut command))
+}
+
+fn plain(command: &mut Command) -> &mut Command {
+    command.env("CARGO_PROFILE_TEST_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_OPT_LEVEL", "0")
 }
 
 /// Runs every example. The step before has built them together with the tests.

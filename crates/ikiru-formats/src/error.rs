@@ -83,6 +83,12 @@ pub enum ErrorKind {
         /// Those that exist.
         known: String,
     },
+    /// The library was built without its rigs.
+    #[error("this build has no built-in rigs, and so no '{name}': expected the feature `builtin`")]
+    NoBuiltins {
+        /// What was asked for.
+        name: String,
+    },
     /// The file ends too early.
     #[error("the file is cut short: {what} needs {expected} bytes, {found} are there")]
     Truncated {

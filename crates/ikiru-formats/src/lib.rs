@@ -44,6 +44,7 @@ mod vrm;
 mod warning;
 mod written;
 
+#[cfg(feature = "builtin")]
 pub use builtin::{BUILTINS, builtin};
 pub use bvh::read::read_bvh;
 pub use bvh::write::{write_bvh_clip, write_bvh_pose};

@@ -3,6 +3,7 @@
 use ikiru_rig::{ConeError, RigError, Role, UnknownName};
 use ikiru_solve::{Method, MotionError, TargetPathError};
 
+#[cfg(feature = "builtin")]
 use crate::builtin::BUILTINS;
 
 /// Why a scenario cannot be used, with its place: file, line and column.
@@ -28,6 +29,7 @@ pub enum ErrorKind {
     #[error("the scenario is not UTF-8 text")]
     Utf8,
     /// There is no built-in scenario of that name.
+    #[cfg(feature = "builtin")]
     #[error("there is no built-in scenario '{0}': expected {known}", known = list(&BUILTINS.map(|b| b.0)))]
     Builtin(String),
     /// Not TOML at all.
@@ -285,6 +287,7 @@ impl Error {
         self
     }
 
+    #[cfg(feature = "builtin")]
     pub(crate) fn unknown_builtin(name: &str) -> Self {
         Self::new("built-in scenario", None, ErrorKind::Builtin(name.to_owned()))
     }

@@ -36,6 +36,7 @@
 
 mod at;
 mod axes;
+#[cfg(feature = "builtin")]
 mod builtin;
 mod document;
 mod error;
@@ -62,6 +63,7 @@ mod warning;
 mod weights;
 mod write;
 
+#[cfg(feature = "builtin")]
 pub use builtin::BUILTINS;
 pub use document::{Document, RootKey, TargetAxes};
 pub use error::{Error, ErrorKind};

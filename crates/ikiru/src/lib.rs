@@ -148,23 +148,38 @@
 //! # }
 //! ```
 //!
+//! # Features
+//!
+//! | feature | brings | on |
+//! |---|---|---|
+//! | `formats` | [`formats`]: readers and writers of files | yes |
+//! | `scenario` | [`scenario`]: scenario files; with `formats` | yes |
+//! | `builtin` | the rigs and scenarios that come with the library, such as `builtin:human`; with `formats` | yes |
+//! | `ipopt` | the method `ipopt`, through the system's Ipopt | no |
+//!
+//! Without any, rigs are built by [`RigBuilder`], and nothing is compiled but what solves.
+//!
 //! # Conventions
 //!
 //! Metres, radians and seconds; right-handed, y up, a character faces +z with its left at +x. Numbers are `f64`,
 //! vectors those of [`glam`]. Examples, one idea each, lie in the folder `examples` of the repository.
 
 pub use glam;
+#[cfg(feature = "formats")]
 pub use ikiru_formats as formats;
 pub use ikiru_rig as rig;
+#[cfg(feature = "scenario")]
 pub use ikiru_scenario as scenario;
 pub use ikiru_solve as solve;
 
 pub use glam::{DQuat, DVec3};
+#[cfg(feature = "formats")]
 pub use ikiru_formats::Loaded;
 pub use ikiru_rig::{
-    Clip, Cone, ConeCentre, EulerOrder, Frame, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit,
-    RatePart, Rig, RigBuilder, Role, Scalar, Segment,
+    Clip, Cone, ConeCentre, EulerOrder, ForeignJoint, Frame, Joint, JointFrame, JointId, JointMotion, Pose,
+    Range, Rate, RateLimit, RatePart, Rig, RigBuilder, Role, Scalar, Segment,
 };
+#[cfg(feature = "scenario")]
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
@@ -174,6 +189,6 @@ pub use ikiru_solve::{
 };
 
 /// The program in the project's README, compiled and run as a test.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "builtin"))]
 #[doc = include_str!("../../../README.md")]
 struct Readme;

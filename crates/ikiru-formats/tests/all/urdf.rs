@@ -33,7 +33,7 @@ fn chain(kind: &str, inside: &str) -> Loaded {
 #[test]
 fn every_robot_loads() {
     for (name, n_links, n_dofs) in ROBOTS {
-        let loaded = read(data(&format!("robots/{name}.urdf"))).unwrap();
+        let loaded = read(robot_file(name)).unwrap();
         // Two joints more for a planar one.
         let n_joints = if name == "kinds" { n_links + 2 } else { n_links };
         assert_eq!((loaded.rig.n_joints(), loaded.rig.n_dofs()), (n_joints, n_dofs), "{name}");
@@ -57,7 +57,7 @@ fn every_robot_loads() {
 
 #[test]
 fn the_limits_of_the_panda_are_those_of_its_data_sheet() {
-    let panda = read(data("robots/panda.urdf")).unwrap();
+    let panda = read(robot_file("panda")).unwrap();
     let ranges = [
         (-2.8973, 2.8973),
         (-1.7628, 1.7628),
@@ -103,7 +103,7 @@ fn robots_stand_upright_in_the_world() {
     assert_eq!(DMat3::from_quat(world_from_file).determinant(), 1.0);
     assert_eq!(read("builtin:reference").unwrap().world_from_file(), DQuat::IDENTITY);
     // A robot with a head has it on top, and its left hand at +x.
-    let g1 = read(data("robots/g1_29dof_with_hand_rev_1_0.urdf")).unwrap();
+    let g1 = read(robot_file("g1_29dof_with_hand_rev_1_0")).unwrap();
     let frame = |name| g1.rig.rest_pose().frame(g1.rig.joint(name).unwrap()).unwrap().position;
     assert!(frame("d435_link").y > 0.4 && frame("left_ankle_roll_link").y < -0.7);
     assert!(frame("left_wrist_yaw_link").x > 0.1 && frame("right_wrist_yaw_link").x < -0.1);
@@ -112,7 +112,7 @@ fn robots_stand_upright_in_the_world() {
 
 #[test]
 fn changes_of_the_rig_keep_the_world_the_solids_and_the_masses() {
-    let loaded = read(data("robots/kinds.urdf")).unwrap();
+    let loaded = read(robot_file("kinds")).unwrap();
     let (world, n_shapes) = (loaded.world_from_file(), loaded.collision_shapes().len());
     let rig = loaded.rig.to_builder().build().unwrap();
     let loaded = loaded.with_rig(rig).unwrap();
@@ -336,7 +336,7 @@ fn followers_of_followers_follow_the_first_leader() {
 
 #[test]
 fn solids_are_kept_with_their_joint() {
-    let humanoid = read(data("robots/deepmimic_humanoid.urdf")).unwrap();
+    let humanoid = read(robot_file("deepmimic_humanoid")).unwrap();
     let shape = |link| {
         let joint = humanoid.rig.joint(link).unwrap();
         *humanoid.collision_shapes().iter().find(|s| s.joint == joint).unwrap()
@@ -349,11 +349,11 @@ fn solids_are_kept_with_their_joint() {
     // It lies along the thigh: from the hip down to the knee.
     assert!((hip.position + hip.rotation * DVec3::Z).distance(DVec3::new(0.0, 0.16, 0.0)) < 1e-6);
     // 8 spheres, 4 cylinders; meshes are left out without a word.
-    let g1 = read(data("robots/g1_29dof_rev_1_0.urdf")).unwrap();
+    let g1 = read(robot_file("g1_29dof_rev_1_0")).unwrap();
     let cylinders =
         g1.collision_shapes().iter().filter(|s| matches!(s.kind, ShapeKind::Cylinder { .. })).count();
     assert_eq!((g1.collision_shapes().len(), cylinders), (12, 4));
-    let kinds = read(data("robots/kinds.urdf")).unwrap();
+    let kinds = read(robot_file("kinds")).unwrap();
     let [cart] = kinds.collision_shapes() else { panic!() };
     assert_eq!(kinds.rig.get(cart.joint).unwrap().name, "cart");
     assert_eq!(cart.position, DVec3::new(0.1, 0.2, 0.3));
@@ -413,7 +413,7 @@ fn files_may_be_untidy() {
 
 #[test]
 fn euler_angles_of_the_data_are_radians() {
-    let ur5 = read(data("robots/ur5_robot.urdf")).unwrap();
+    let ur5 = read(robot_file("ur5_robot")).unwrap();
     let lift = joint(&ur5, "shoulder_lift_joint");
     assert!((lift.rest_rotation.to_axis_angle().1 - FRAC_PI_2).abs() < 1e-6);
     assert!((lift.motion.ranges()[0].max - 2.0 * PI).abs() < 1e-4);

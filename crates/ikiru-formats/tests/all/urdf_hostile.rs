@@ -242,7 +242,7 @@ fn bytes_and_tags_changed_cut_and_repeated() {
     ];
     let (mut random, mut counts) = (Random::new(17), [0; 2]);
     for name in ["kinds", "panda", "ur5_robot", "deepmimic_humanoid"] {
-        let sample = std::fs::read(data(&format!("robots/{name}.urdf"))).unwrap();
+        let sample = std::fs::read(robot_file(name)).unwrap();
         // Places where something is said, so that most changes matter.
         let places: Vec<usize> = (0..sample.len()).filter(|i| b"<>\"='".contains(&sample[*i])).collect();
         for _ in 0..3000 {

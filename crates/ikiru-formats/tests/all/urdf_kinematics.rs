@@ -48,7 +48,7 @@ fn file_from_link(rig: &Rig, frames: &[JointFrame], link: &str, file_from_world:
 
 /// The frames that another program has for the links of a robot, by name, and the pose in which that is.
 fn each_configuration(name: &str, mut look: impl FnMut(&Loaded, &Pose, &[(String, JointFrame)])) {
-    let loaded = read(data(&format!("robots/{name}.urdf"))).unwrap();
+    let loaded = read(robot_file(name)).unwrap();
     let text = std::fs::read(data(&format!("robots/fk/{name}.json"))).unwrap();
     let expected: Value = serde_json::from_slice(&text).unwrap();
     for configuration in expected["configurations"].as_array().unwrap() {
@@ -102,7 +102,7 @@ fn attribute(element: &str, name: &str) -> Option<String> {
 
 /// Link, mass and centre of all links that have a mass, found without a parser.
 fn masses(name: &str) -> Vec<(String, f64, DVec3)> {
-    let text = std::fs::read_to_string(data(&format!("robots/{name}.urdf"))).unwrap();
+    let text = std::fs::read_to_string(robot_file(name)).unwrap();
     let comments: Vec<String> =
         between(&text, "<!--", "-->").iter().map(|comment| format!("<!--{comment}-->")).collect();
     let text = comments.iter().fold(text.clone(), |text, comment| text.replace(comment, ""));

@@ -10,7 +10,7 @@ use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose};
 
 fn check(file: &str, base: &str, tip: &str) {
-    let path = format!("{}/../ikiru-formats/tests/data/robots/{file}.urdf", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../ikiru-formats/assets/robots/{file}.urdf", env!("CARGO_MANIFEST_DIR"));
     let rig = ikiru_formats::read(path).unwrap().rig;
     let tip = rig.joint(tip).unwrap();
     let name = |j: JointId| rig.get(j).unwrap().name.clone();

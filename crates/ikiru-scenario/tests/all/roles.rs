@@ -61,7 +61,7 @@ fn both_hands_reach_and_the_head_looks_on_every_character() {
 
 #[test]
 fn targets_in_the_files_own_world_are_the_same_wish() {
-    let path = format!("{}/../ikiru-formats/tests/data/robots/panda.urdf", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../ikiru-formats/assets/robots/panda.urdf", env!("CARGO_MANIFEST_DIR"));
     // x forward, y left, z up in the file; z forward, x left, y up here.
     let solve = |world: &str, target: [f64; 3]| {
         let text = format!(

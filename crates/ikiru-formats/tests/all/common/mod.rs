@@ -16,6 +16,13 @@ pub(crate) fn data(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
+/// A robot, by the name of its file: one that the library embeds, or one that is here for the tests.
+pub(crate) fn robot_file(name: &str) -> PathBuf {
+    let file = format!("{name}.urdf");
+    let shipped = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/robots").join(&file);
+    if shipped.exists() { shipped } else { data("robots").join(file) }
+}
+
 /// Every file that ships, with its number of joints and of those that turn.
 pub(crate) const FILES: [(&str, usize, usize); 10] = [
     ("builtin:human", 55, 53),
@@ -142,7 +149,7 @@ pub(crate) fn assert_same_frames(what: &str, rig: &Rig, a: &[JointFrame], b: &[J
     }
 }
 
-/// Every robot of `data/robots`, with its number of links and of degrees of freedom.
+/// Every robot, by [`robot_file`], with its number of links and of degrees of freedom.
 pub(crate) const ROBOTS: [(&str, usize, usize); 10] = [
     ("allegro_right_hand", 21, 16),
     ("deepmimic_humanoid", 16, 28),

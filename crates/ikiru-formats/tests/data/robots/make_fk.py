@@ -3,7 +3,7 @@
     python -m venv venv && venv/bin/pip install pin==4.1.0 numpy==2.4.6
     venv/bin/python make_fk.py            # writes fk/*.json beside this file
 
-For every robot here: 20 configurations within limits from a fixed seed. Frames are those of the file's own
+For every robot here and in `assets/robots`: 20 configurations within limits from a fixed seed. Frames are those of the file's own
 world, [x, y, z, qx, qy, qz, qw]. Pinocchio is told nothing of <mimic>: followers are set here, from the
 file. It does not know Bullet's `spherical` joints and capsules: solids are dropped, and such a joint is given as a
 floating one that does not translate.
@@ -19,6 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 HERE = pathlib.Path(__file__).parent
+SHIPPED = HERE.parents[2] / "assets" / "robots"
 N_CONFIGURATIONS = 20
 SCALAR = ("revolute", "continuous", "prismatic")
 
@@ -118,7 +119,7 @@ def frames_of(model, links, q):
 
 
 def main():
-    for path in sorted(HERE.glob("*.urdf")):
+    for path in sorted([*HERE.glob("*.urdf"), *SHIPPED.glob("*.urdf")], key=lambda path: path.name):
         robot = ET.fromstring(path.read_text().rstrip("\0"))
         joints, rng = joints_of(robot), np.random.default_rng(20250)
         configurations = [sample(joints, rng) for _ in range(N_CONFIGURATIONS)]
