@@ -8,8 +8,9 @@ use anyhow::{Context, Result, ensure};
 use crate::cargo;
 
 /// What a build of the façade asks for, and what must then not come along: dependencies that a feature drops.
-const BUILDS: [(&str, &[&str]); 4] = [
+const BUILDS: [(&str, &[&str]); 5] = [
     ("", &["ikiru-formats", "ikiru-scenario", "serde", "serde_json", "toml", "quick-xml"]),
+    ("serde", &["ikiru-formats", "ikiru-scenario", "serde_json", "toml", "quick-xml"]),
     ("formats", &["ikiru-scenario", "toml"]),
     ("builtin", &["ikiru-scenario", "toml"]),
     ("scenario", &[]),

@@ -60,7 +60,11 @@ fn left_out(why: &str) -> String {
 
 /// What is built and tested in one go: every feature, or without the library every one that does not link it.
 pub(crate) fn features() -> &'static [&'static str] {
-    if is_there() { &["--all-features"] } else { &["--features", "ikiru-cli/bench,ikiru-cli/plot"] }
+    if is_there() {
+        &["--all-features"]
+    } else {
+        &["--features", "ikiru-cli/bench,ikiru-cli/plot,ikiru/serde"]
+    }
 }
 
 /// Every feature for a command that looks at types alone (lints, documentation): that takes no library.

@@ -36,6 +36,8 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod clip;
+#[cfg(feature = "serde")]
+mod data;
 mod dual;
 mod foreign;
 mod frame;
@@ -63,6 +65,8 @@ pub use clip::{
     Clip, ClipError, ClipMeasure, LimitMargin, Margin, Peak, Rate, RateExcess, RateLimit, RatePart,
     RateSummaries, RateSummary, Rates, Retimed,
 };
+#[cfg(feature = "serde")]
+pub use data::{ClipData, DataError, JointData, PoseData};
 pub use dual::Dual;
 pub use foreign::ForeignJoint;
 pub use frame::{Frame, Rotation, Vec3};

@@ -2,6 +2,8 @@
 
 mod clip;
 mod cones;
+#[cfg(feature = "serde")]
+mod data;
 mod foreign;
 mod humanoid;
 mod laws;
