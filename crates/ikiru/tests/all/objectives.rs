@@ -41,7 +41,9 @@ fn rig() -> Rig {
     let rig = formats::read("builtin:human").expect(GOOD).rig;
     let mut builder = rig.to_builder();
     let elbow = rig.joint("leftLowerArm").expect(GOOD);
-    builder.set_motion(elbow, JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] });
+    builder
+        .set_motion(elbow, JointMotion::Euler { order: EulerOrder::Zyx, ranges: [Range::UNLIMITED; 3] })
+        .unwrap();
     builder.build().expect(GOOD)
 }
 
@@ -80,8 +82,8 @@ fn rows_units_and_costs_are_those_of_the_table() {
     let rest = rig.rest_pose();
     let id = |name: &str| rig.joint(name).unwrap();
     let [hand, elbow, arm, other] = ["leftHand", "leftLowerArm", "leftUpperArm", "rightHand"].map(id);
-    let frame = rest.frame(hand);
-    let (origin, turned) = (frame.origin.value(), frame.rotation.quaternion());
+    let frame = rest.frame(hand).unwrap();
+    let (origin, turned) = (frame.position, frame.rotation);
     let degree = 1_f64.to_radians();
     let off = origin + DVec3::new(MM, 0.0, 0.0);
     let tilt = DQuat::from_rotation_z(degree);
@@ -99,17 +101,17 @@ fn rows_units_and_costs_are_those_of_the_table() {
     all.check("LookAt", LookAt::new(hand, DVec3::X, origin + 3.0 * tilted), ("2 rad", 1), DEGREE);
     all.check("Direction", Direction::new(hand, DVec3::X, tilted), ("2 rad", 1), DEGREE);
 
-    let base = rest.frame(other);
-    let unturn = base.rotation.quaternion().inverse();
+    let base = rest.frame(other).unwrap();
+    let unturn = base.rotation.inverse();
     let beside = RelativePose::new(
         other,
         hand,
-        Some(unturn * (origin - base.origin.value()) + DVec3::new(0.0, MM, 0.0)),
+        Some(unturn * (origin - base.position) + DVec3::new(0.0, MM, 0.0)),
         Some(unturn * turned * tilt),
     );
     all.check("RelativePose", beside, ("3 m + 3 rad", 1), MILLIMETRE + DEGREE);
 
-    let apart = origin.distance(base.origin.value());
+    let apart = origin.distance(base.position);
     let distance = |bound| Distance::new([hand, other], bound);
     all.check("Distance", distance(Bound::Exactly(apart - MM)), ("1 m", 1), MILLIMETRE);
     all.check("Distance", distance(Bound::AtLeast(apart + MM)), ("1 m ≥ 0", 1), MILLIMETRE);
@@ -117,7 +119,7 @@ fn rows_units_and_costs_are_those_of_the_table() {
 
     // The arm is stretched at rest, which has no side: shoulder, head and hand stand in for a limb.
     let head = id("head");
-    let [root, middle] = [arm, head].map(|joint| rest.frame(joint).origin.value());
+    let [root, middle] = [arm, head].map(|joint| rest.frame(joint).unwrap().position);
     let line = (origin - root).normalize();
     let side = (middle - root).reject_from(line);
     let target = root + DQuat::from_axis_angle(line, degree) * side * 9.0;
