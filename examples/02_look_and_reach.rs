@@ -30,12 +30,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut pose = rig.rest_pose();
         let report = solver.solve(&problem, &mut pose, &mut workspace);
         println!("hand to {target}: {}, cost {:.3e}", report.stop.name(), report.cost);
-        for term in report.terms {
+        for term in report.terms.iter() {
             let verdict = if term.satisfied { "ok" } else { "not met" };
             println!("  {:<10} {:9.5} {:<3} {verdict}", term.kind, term.residual, term.unit.symbol());
         }
         // The worst term first, and what is most in its way.
-        for Force { on, by, share, amount, .. } in report.forces {
+        for Force { on, by, share, amount, .. } in report.forces.iter() {
             let Some(term) = on else { continue };
             let what = match by {
                 ForceBy::Reach { is_proven: true } => format!("{amount:.2} m out of reach"),

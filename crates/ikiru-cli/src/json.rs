@@ -47,7 +47,7 @@ pub(crate) fn solved(scenario: &Scenario, solved: &Report<'_>, pose: &Pose, time
         "time_us": time.as_secs_f64() * 1e6,
         "objectives": objectives,
         "constraints": constraints,
-        "obstacles": about.json(solved.forces),
+        "obstacles": about.json(&solved.forces),
         "hint": solved.hint.map(|hint| about.hint(hint)),
         "warnings": warnings(scenario, solved),
         "pose": pose_json(pose, &scenario.active),

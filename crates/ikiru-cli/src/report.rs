@@ -51,7 +51,7 @@ pub(crate) fn solved(
     let time = numbers::time(time);
     line("time", if notes.is_empty() { time } else { format!("{time} {}", notes.join(", ")) });
     let about = About::pose(scenario);
-    for (key, words) in about.lines(report.forces, report.hint, report.success, |_| pose.clone()) {
+    for (key, words) in about.lines(&report.forces, report.hint, report.success, |_| pose.clone()) {
         line(key, words);
     }
     printable(&text).into_owned()
@@ -144,5 +144,6 @@ pub(crate) fn stop_text(stop: StopReason, options: &SolverOptions) -> String {
         (StopReason::InvalidInput, _) => "the input is not usable".to_owned(),
         (StopReason::ObjectiveFailed, _) => "an objective gave up".to_owned(),
         (StopReason::Cancelled, _) => "cancelled".to_owned(),
+        (other, _) => other.name().replace('_', " "),
     }
 }

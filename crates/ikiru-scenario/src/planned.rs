@@ -1,7 +1,7 @@
 //! A scenario's motion as it was planned: at the rate that was asked for, whatever time it took.
 
 use ikiru_rig::{Clip, RateExcess, RateLimit};
-use ikiru_solve::{MotionReport, MotionWorkspace, PlannedMotion};
+use ikiru_solve::{MotionWorkspace, PlannedMotion, Report};
 
 use crate::motion::MotionScenario;
 
@@ -16,7 +16,7 @@ pub struct PlannedScenario {
     /// The poses over time, at the scenario's rate.
     pub clip: Clip,
     /// What came of it, with all times on the clip's clock.
-    pub report: MotionReport,
+    pub report: Report<'static>,
     /// When the samples of the timeline are in the scenario and in the clip; empty where both are the same.
     clock: Vec<(f64, f64)>,
 }
@@ -48,6 +48,7 @@ impl MotionScenario {
     /// [`Method::Lm`]: ikiru_solve::Method::Lm
     pub fn plan(&mut self, workspace: &mut MotionWorkspace) -> PlannedScenario {
         let PlannedMotion { clip, report } = self.plan_samples(workspace);
+        let clip = clip.into_owned();
         let timeline = self.motion.timeline();
         if !self.motion.has_free_duration() || clip.times() == timeline.times() || report.invalid.is_some() {
             return PlannedScenario { clip, report, clock: Vec::new() };
@@ -58,10 +59,8 @@ impl MotionScenario {
         let clock =
             timeline.times().into_iter().zip(clip.times().iter().map(|secs| stretch * secs)).collect();
         let mut report = report;
-        for term in &mut report.terms {
-            for secs in [&mut term.from_secs, &mut term.to_secs, &mut term.worst_secs] {
-                *secs *= stretch;
-            }
+        for term in report.terms.to_mut() {
+            term.times = term.times.map(|times| times.map(|secs| stretch * secs));
         }
         PlannedScenario { clip: even, report, clock }
     }

@@ -1,7 +1,7 @@
 //! What a solver or an objective's keys are refused for, in words.
 
 use ikiru_rig::Rig;
-use ikiru_solve::{Invalid, Unfit};
+use ikiru_solve::{Invalid, InvalidTerm, Unfit};
 
 use crate::objective::ScenarioObjective;
 use crate::values::name_of;
@@ -25,12 +25,15 @@ use crate::values::name_of;
 #[must_use]
 pub fn refusal(rig: &Rig, objectives: &[ScenarioObjective], invalid: Invalid) -> String {
     match invalid {
-        Invalid::Term(term, unfit) => {
+        Invalid::Term(term, why) => {
             let kind = objectives.get(term).map_or("", |o| o.kind);
-            format!("objective {} ({kind}) {}", term + 1, unfit_text(rig, unfit))
+            let why = match why {
+                InvalidTerm::Unfit(unfit) => unfit_text(rig, unfit),
+                other => other.to_string(),
+            };
+            format!("objective {} ({kind}) {why}", term + 1)
         }
-        Invalid::Pose(what) => format!("a given pose {what}"),
-        Invalid::Options(what) => what.to_owned(),
+        other => other.to_string(),
     }
 }
 
@@ -44,7 +47,7 @@ pub(crate) fn unfit_text(rig: &Rig, unfit: Unfit) -> String {
 
 #[cfg(test)]
 mod tests {
-    use ikiru_solve::Unfit;
+    use ikiru_solve::{InvalidPose, Unfit};
 
     use super::*;
     use crate::Scenario;
@@ -57,9 +60,10 @@ mod tests {
         let unfit = Unfit { reason: "couples a joint that does not move", joint };
         let said = |invalid| refusal(&rig, &objectives, invalid);
         assert_eq!(
-            said(Invalid::Term(0, unfit)),
+            said(Invalid::Term(0, unfit.into())),
             "objective 1 (position) couples a joint that does not move: joint 'left_elbow'"
         );
-        assert_eq!(said(Invalid::Pose("is of another rig")), "a given pose is of another rig");
+        let foreign = said(Invalid::Pose(InvalidPose::OtherRig));
+        assert_eq!(foreign, "a given pose belongs to another rig than the problem");
     }
 }

@@ -26,13 +26,13 @@ const LOOK_ITERATIONS: usize = 24;
 impl MotionScenario {
     /// Plans from standing still, at the timeline's samples. Weights that the scenario does not give begin at their default
     /// each time, so that planning again gives the same.
-    pub(crate) fn plan_samples(&mut self, workspace: &mut MotionWorkspace) -> PlannedMotion {
+    pub(crate) fn plan_samples(&mut self, workspace: &mut MotionWorkspace) -> PlannedMotion<'static> {
         let open = self.open_terms();
         open.iter().for_each(|term| self.set_weight(*term, DEFAULT_WEIGHT));
         let options = *self.solver.options();
         let is_raised = !open.is_empty() && options.cost_below.is_none() && options.method == Method::Lm;
         if !is_raised {
-            return self.solver.plan(&self.motion, &self.still(), workspace);
+            return self.solver.plan(&self.motion, &self.still(), workspace).into_owned();
         }
         let clock = Clock::new(options.max_time);
         let max_iterations = options.max_iterations.min(LOOK_ITERATIONS);
@@ -55,7 +55,7 @@ impl MotionScenario {
         open: &[usize],
         local: SolverOptions,
         clock: &Clock,
-        planned: &mut PlannedMotion,
+        planned: &mut PlannedMotion<'static>,
         workspace: &mut MotionWorkspace,
     ) {
         let mut open = open.to_vec();
@@ -91,8 +91,8 @@ impl MotionScenario {
         options: SolverOptions,
         guess: &Clip,
         workspace: &mut MotionWorkspace,
-    ) -> PlannedMotion {
-        Solver::new(options).plan(&self.motion, guess, workspace)
+    ) -> PlannedMotion<'static> {
+        Solver::new(options).plan(&self.motion, guess, workspace).into_owned()
     }
 
     /// Terms without a weight of the scenario's own; to constraints, none says anything.
@@ -114,19 +114,19 @@ impl MotionScenario {
 }
 
 /// The squared residuals of a term, over all its samples, as its loss counts them.
-fn missed(planned: &PlannedMotion, term: usize) -> f64 {
+fn missed(planned: &PlannedMotion<'_>, term: usize) -> f64 {
     let report = &planned.report.terms[term];
     report.cost / report.weight
 }
 
 /// Whether there is nothing left to try, or no time for it.
-fn is_over(planned: &PlannedMotion) -> bool {
+fn is_over(planned: &PlannedMotion<'_>) -> bool {
     let report = &planned.report;
     report.success || report.invalid.is_some() || report.stop == StopReason::TimeBudget
 }
 
 /// Puts a later plan in the place of an earlier one; a report counts all that was done.
-fn follow(planned: &mut PlannedMotion, next: PlannedMotion) {
+fn follow(planned: &mut PlannedMotion<'static>, next: PlannedMotion<'static>) {
     let (iterations, restarts) = (planned.report.iterations, planned.report.restarts);
     *planned = next;
     planned.report.iterations += iterations;
@@ -144,7 +144,7 @@ impl Clock {
     }
 
     /// Whether nothing is left, which the report then says: laying out another plan would take time as well.
-    fn has_run_out(&self, planned: &mut PlannedMotion) -> bool {
+    fn has_run_out(&self, planned: &mut PlannedMotion<'_>) -> bool {
         let is_late = self.end.is_some_and(|end| Instant::now() >= end);
         if is_late {
             planned.report.stop = StopReason::TimeBudget;

@@ -12,6 +12,7 @@ mod check;
 mod explain;
 mod force;
 mod gradient;
+mod invalid;
 mod lanes;
 mod layout;
 mod method;
@@ -34,10 +35,11 @@ pub mod objectives;
 
 pub use check::{CheckError, check_jacobian};
 pub use force::{Force, ForceBy, Hint, LimitKind};
+pub use invalid::{Invalid, InvalidOptions, InvalidPose, InvalidTerm};
 pub use lanes::LaneScratch;
 pub use motion::{
-    MotionError, MotionProblem, MotionReport, MotionTermReport, MotionWorkspace, PlannedMotion, TargetPath,
-    TargetPathError, Timeline, TimelineError, When,
+    MotionError, MotionProblem, MotionWorkspace, PlannedMotion, TargetPath, TargetPathError, Timeline,
+    TimelineError, When,
 };
 pub use objective::{
     JointCoords, MOST_EARLIER, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Rows, TermReads, Unfit,
@@ -45,7 +47,7 @@ pub use objective::{
 };
 pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub use problem::Problem;
-pub use report::{Invalid, PartReport, PartReports, Report, StopReason, TermReport};
+pub use report::{PartReport, PartReports, Report, StopReason, TermReport, TermTimes};
 pub use residual::Residual;
 pub use solver::{Solver, Workspace};
 pub use term::{Term, TermId, Tolerance};

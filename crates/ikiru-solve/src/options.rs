@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::invalid::InvalidOptions;
+
 /// How a single start is improved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -133,14 +135,14 @@ impl Default for SolverOptions {
 }
 
 impl SolverOptions {
-    pub(crate) fn check(&self) -> Result<(), &'static str> {
+    pub(crate) fn check(&self) -> Result<(), InvalidOptions> {
         if self.cost_below.is_some_and(|c| !c.is_finite()) {
-            return Err("cost_below must be finite");
+            return Err(InvalidOptions::CostBelow);
         }
         if let Method::Adam(a) = self.method {
             let rates = [a.beta1, a.beta2].iter().all(|b| (0.0..1.0).contains(b));
             if !(a.rate.is_finite() && a.rate > 0.0 && a.epsilon.is_finite() && a.epsilon > 0.0 && rates) {
-                return Err("adam needs a positive rate and epsilon, and betas from 0 up to 1");
+                return Err(InvalidOptions::Adam);
             }
         }
         Ok(())

@@ -4,7 +4,7 @@ use std::ops::{Index, IndexMut};
 
 use ikiru_rig::{JointId, Rig, ShapeDifference};
 
-use crate::layout::{Signature, check_objective};
+use crate::layout::check_objective;
 use crate::objective::{Objective, TermReads, Unfit};
 use crate::term::{AnyObjective, Term, TermId, Tolerance};
 
@@ -201,11 +201,6 @@ impl Problem {
 
     pub(crate) fn active_flags(&self) -> &[bool] {
         &self.active
-    }
-
-    /// The first term that is not usable, and why.
-    pub(crate) fn check(&self) -> Result<(), (usize, Unfit)> {
-        Signature::default().check(self, &[]).map(|_| ())
     }
 }
 

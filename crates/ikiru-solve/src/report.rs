@@ -1,16 +1,20 @@
 //! What came of a solve: success, the reason it ended, every term's residual, and the forces that explain it.
 
+use std::borrow::Cow;
 use std::fmt::{self, Debug, Formatter};
-use std::ops::{Deref, DerefMut};
+use std::ops::{Deref, DerefMut, Index};
 
-use ikiru_rig::JointId;
+use ikiru_rig::{JointId, RateExcess};
 
 use crate::force::{Force, Hint};
-use crate::objective::{MOST_PARTS, Unfit};
+use crate::invalid::Invalid;
+use crate::objective::MOST_PARTS;
+use crate::term::TermId;
 use crate::words::Unit;
 
 /// Why a solve ended. Not converging is a result, and the best pose found always comes back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StopReason {
     /// The bar was met: the cost below `cost_below`, or every mandatory term within its tolerance.
     Reached,
@@ -50,17 +54,6 @@ impl StopReason {
     pub(crate) fn is_final(self) -> bool {
         matches!(self, Self::TimeBudget | Self::Cancelled | Self::ObjectiveFailed)
     }
-}
-
-/// What is not usable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Invalid {
-    /// A term, and what is not usable about it.
-    Term(usize, Unfit),
-    /// The pose, and what is wrong with it.
-    Pose(&'static str),
-    /// The solver's options, and what is wrong with them.
-    Options(&'static str),
 }
 
 /// The length of one part's residual.
@@ -119,16 +112,19 @@ impl Debug for PartReports {
     }
 }
 
-/// The state of one term at the end.
+/// The state of one term at the end: of a pose, or over all the samples of a motion at which it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TermReport {
+    /// What its [id](TermId) leads to.
+    pub(crate) key: u32,
     /// The objective's kind.
     pub kind: &'static str,
     /// The first joint that it reads.
     pub joint: Option<JointId>,
     /// The weight λ.
     pub weight: f64,
-    /// Length of the first part's residual, in `unit`.
+    /// Length of the first part's residual, in `unit`; in a motion at the sample at which it is the longest.
     pub residual: f64,
     /// Unit of `residual`.
     pub unit: Unit,
@@ -136,16 +132,39 @@ pub struct TermReport {
     pub least: Option<f64>,
     /// The residuals of its other parts, for objectives that have more than one.
     pub others: PartReports,
-    /// What the term adds to the cost: `λ · ρ(r)`.
+    /// What the term adds to the cost: `λ · ρ(r)`, in a motion over all its samples.
     pub cost: f64,
-    /// Whether every part is within its tolerance.
+    /// Whether every part is within its tolerance; in a motion at every sample.
     pub satisfied: bool,
     /// Whether success asks for it; never where the weight is 0, always where it is hard.
     pub mandatory: bool,
     /// Whether it is a constraint: it adds nothing to the cost.
     pub hard: bool,
+    /// When it holds, in a motion.
+    pub times: Option<TermTimes>,
     /// Something odd that did not stop the solve.
     pub warning: Option<&'static str>,
+}
+
+/// When a term of a motion holds, and when it is met the least (seconds).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct TermTimes {
+    /// The first sample at which it holds.
+    pub from_secs: f64,
+    /// The last one.
+    pub to_secs: f64,
+    /// The one at which its first part's residual is the longest.
+    pub worst_secs: f64,
+}
+
+impl TermTimes {
+    /// Each of them at another time.
+    #[must_use]
+    pub fn map(self, at: impl Fn(f64) -> f64) -> Self {
+        let Self { from_secs, to_secs, worst_secs } = self;
+        Self { from_secs: at(from_secs), to_secs: at(to_secs), worst_secs: at(worst_secs) }
+    }
 }
 
 impl TermReport {
@@ -156,64 +175,111 @@ impl TermReport {
     }
 }
 
-/// What came of a solve.
-#[derive(Clone, Copy, Debug)]
+/// What came of a solve or a plan. It borrows from the workspace; [`into_owned`](Self::into_owned) keeps it. `report[id]` is
+/// the report of a term.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Report<'a> {
-    /// Whether the bar was met.
+    /// Whether the bar was met: a cost below `cost_below` where that is given, else every mandatory term within its
+    /// tolerance (in a motion at each of its samples); every constraint within its own; and no limit on speed and
+    /// acceleration exceeded.
     pub success: bool,
     /// Why it ended.
     pub stop: StopReason,
-    /// The cost J of the pose that came back.
+    /// The cost J of what came back, smoothness included.
     pub cost: f64,
+    /// What of it is smoothness: velocity, acceleration, jerk; 0 for a pose.
+    pub smoothness: [f64; 3],
+    /// What of it is even spacing; 0 for a pose.
+    pub spacing: f64,
     /// Iterations over all starts.
     pub iterations: usize,
     /// Starts beyond the first.
     pub restarts: usize,
-    /// Whether the start lay outside its limits and was moved inside.
+    /// Whether the start lay outside its limits and was moved inside; of a motion, any of its samples.
     pub start_projected: bool,
     /// The terms, in the order in which they were added.
-    pub terms: &'a [TermReport],
+    pub terms: Cow<'a, [TermReport]>,
     /// What is in the way of each term that is not met, the worst term first and of each at most its eight strongest
     /// forces, the strongest first; then the limits and constraints that act and are in nobody's way. A term is not met
     /// where success asks for it and it is beyond its tolerance; where that is none and the cost is not below its bar,
-    /// where it is beyond its tolerance at all, else the one that costs most. Empty where a cost below
-    /// `cost_below` was reached.
-    pub forces: &'a [Force],
+    /// where it is beyond its tolerance at all, else the one that costs most. In a motion, at the sample at which the term
+    /// misses the most. Empty where a cost below `cost_below` was reached, and of a motion where the bar was met.
+    pub forces: Cow<'a, [Force]>,
     /// What would help the worst term that is not met and proven to be out of reach.
     pub hint: Option<Hint>,
+    /// The limits on speed and acceleration that a motion does not keep, each with its peak.
+    pub exceeded: Cow<'a, [RateExcess]>,
     /// What was not usable, where `stop` is [`StopReason::InvalidInput`] or [`StopReason::ObjectiveFailed`].
     pub invalid: Option<Invalid>,
 }
 
-/// The parts of a report that do not borrow.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Summary {
-    pub(crate) success: bool,
-    pub(crate) stop: StopReason,
-    pub(crate) cost: f64,
-    pub(crate) iterations: usize,
-    pub(crate) restarts: usize,
-    pub(crate) start_projected: bool,
-    pub(crate) hint: Option<Hint>,
-    pub(crate) invalid: Option<Invalid>,
-}
-
-impl Summary {
+impl<'a> Report<'a> {
+    /// A report of a solve that did not begin.
     pub(crate) fn invalid(invalid: Invalid) -> Self {
         Self {
             success: false,
             stop: StopReason::InvalidInput,
             cost: f64::INFINITY,
+            smoothness: [0.0; 3],
+            spacing: 0.0,
             iterations: 0,
             restarts: 0,
             start_projected: false,
+            terms: Cow::Borrowed(&[]),
+            forces: Cow::Borrowed(&[]),
             hint: None,
+            exceeded: Cow::Borrowed(&[]),
             invalid: Some(invalid),
         }
     }
 
-    pub(crate) fn report<'a>(self, terms: &'a [TermReport], forces: &'a [Force]) -> Report<'a> {
-        let Self { success, stop, cost, iterations, restarts, start_projected, hint, invalid } = self;
-        Report { success, stop, cost, iterations, restarts, start_projected, terms, forces, hint, invalid }
+    /// The same, borrowing nothing.
+    #[must_use]
+    pub fn into_owned(self) -> Report<'static> {
+        let rest = self.without_lists();
+        Report {
+            terms: Cow::Owned(self.terms.into_owned()),
+            forces: Cow::Owned(self.forces.into_owned()),
+            exceeded: Cow::Owned(self.exceeded.into_owned()),
+            ..rest
+        }
+    }
+
+    fn without_lists(&self) -> Report<'static> {
+        let Self { success, stop, cost, smoothness, spacing, iterations, restarts, start_projected, .. } =
+            *self;
+        Report {
+            success,
+            stop,
+            cost,
+            smoothness,
+            spacing,
+            iterations,
+            restarts,
+            start_projected,
+            terms: Cow::Borrowed(&[]),
+            forces: Cow::Borrowed(&[]),
+            hint: self.hint,
+            exceeded: Cow::Borrowed(&[]),
+            invalid: self.invalid,
+        }
+    }
+
+    /// The report of a term; `None` where there is none: the input was invalid, or the id is of another problem.
+    #[must_use]
+    pub fn get<T>(&self, id: TermId<T>) -> Option<&TermReport> {
+        self.terms.binary_search_by_key(&id.key, |term| term.key).ok().map(|at| &self.terms[at])
+    }
+}
+
+impl<T> Index<TermId<T>> for Report<'_> {
+    type Output = TermReport;
+
+    /// # Panics
+    /// Where there is [no such report](Report::get).
+    #[expect(clippy::expect_used, reason = "indexing with a wrong id is a programming error, as for a slice")]
+    fn index(&self, id: TermId<T>) -> &TermReport {
+        self.get(id).expect("the id belongs to another problem, or nothing was solved")
     }
 }

@@ -1,15 +1,18 @@
 //! The solver: options on one side, a problem, a pose and a workspace on the other, a report out.
 
+use std::borrow::Cow;
+
 use ikiru_rig::Pose;
 
 use crate::explain::{Explainer, Of, Standing, Unmet, hint};
 use crate::force::{Force, Hint};
+use crate::invalid::{Invalid, InvalidOptions, InvalidPose, InvalidTerm};
 use crate::layout::Layout;
 use crate::model::{PoseMemory, PoseModel};
 use crate::objective::Unfit;
 use crate::options::{Method, SolverOptions};
 use crate::problem::Problem;
-use crate::report::{Invalid, PartReport, PartReports, Report, StopReason, Summary, TermReport};
+use crate::report::{PartReport, PartReports, Report, StopReason, TermReport};
 use crate::search::{Bar, Budget, Outcome, Searcher};
 use crate::state::State;
 use crate::term::Term;
@@ -88,50 +91,46 @@ impl Solver {
     pub fn solve<'w>(&self, problem: &Problem, pose: &mut Pose, workspace: &'w mut Workspace) -> Report<'w> {
         workspace.terms.clear();
         workspace.explainer.forces.clear();
-        let fit = workspace.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit));
-        let summary = match fit.and_then(|()| self.check(problem, pose)) {
+        let fit = workspace.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit.into()));
+        let report = match fit.and_then(|()| self.check(problem, pose)) {
             Ok(()) => self.solve_valid(problem, pose, workspace),
-            Err(invalid) => Summary::invalid(invalid),
+            Err(invalid) => Report::invalid(invalid),
         };
-        summary.report(&workspace.terms, &workspace.explainer.forces)
+        let (terms, forces) = (&workspace.terms[..], &workspace.explainer.forces[..]);
+        Report { terms: terms.into(), forces: forces.into(), ..report }
     }
 
     fn check(&self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
         self.options.check().map_err(Invalid::Options)?;
         let knows_hard = !matches!(self.options.method, Method::Ccd | Method::Fabrik);
         if let Some(term) = problem.terms().iter().position(|t| t.is_on && t.hard).filter(|_| !knows_hard) {
-            let reason =
-                "is hard, which the methods ccd and fabrik do not know: use lm, or a wish of some weight";
-            return Err(Invalid::Term(term, reason.into()));
+            return Err(Invalid::Term(term, InvalidTerm::Hard));
         }
         let reaches = |t: &Term| t.is_on && t.weight > 0.0 && t.objective.reach().is_some();
         if self.options.method == Method::Fabrik && !problem.terms().iter().any(reaches) {
-            return Err(Invalid::Options(
-                "fabrik reaches for points: it needs a position or pose objective of a weight above 0",
-            ));
+            return Err(Invalid::Options(InvalidOptions::NothingToReach));
         }
         if !pose.rig().is_same(problem.rig()) {
-            return Err(Invalid::Pose("belongs to another rig than the problem"));
+            return Err(Invalid::Pose(InvalidPose::OtherRig));
         }
         Ok(())
     }
 
-    fn solve_valid(&self, problem: &Problem, pose: &mut Pose, w: &mut Workspace) -> Summary {
+    fn solve_valid(&self, problem: &Problem, pose: &mut Pose, w: &mut Workspace) -> Report<'static> {
         let Workspace { layout, state, memory, searcher, watch, unmet, .. } = w;
         let mut budget = Budget::new(&self.options, watch);
         if !state.load(layout, pose) {
-            let reason = "has numbers that are not finite, or quaternions that are not of unit length";
-            return Summary::invalid(Invalid::Pose(reason));
+            return Report::invalid(Invalid::Pose(InvalidPose::NotFinite));
         }
         unmet.begin(&state.coords);
         let start_projected = state.project(layout);
         state.memory.failure = None;
         let cost = state.differentiate(layout, problem);
         if let Some((term, reason)) = state.memory.failure {
-            return Summary::invalid(Invalid::Term(term, reason.into()));
+            return Report::invalid(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
         }
         if !(cost + state.violation).is_finite() {
-            return Summary::invalid(invalid_term(layout, state));
+            return Report::invalid(invalid_term(layout, state));
         }
         let bar = Bar::new(self.options.cost_below, problem, self.options.search.max_restarts() > 0);
         let mut model = PoseModel { layout, problem, state, memory };
@@ -149,7 +148,7 @@ impl Solver {
         restarts: usize,
         start_projected: bool,
         iterations: usize,
-    ) -> Summary {
+    ) -> Report<'static> {
         let failure = w.state.memory.failure.take();
         let mut cost = if outcome.is_evaluated { outcome.cost } else { w.state.evaluate(&w.layout, problem) };
         if failure.is_some() {
@@ -175,8 +174,22 @@ impl Solver {
         if success {
             w.unmet.forget();
         }
-        let invalid = failure.map(|(term, reason)| Invalid::Term(term, reason.into()));
-        Summary { success, stop, cost, iterations, restarts, start_projected, hint, invalid }
+        let invalid = failure.map(|(term, reason)| Invalid::Term(term, InvalidTerm::GaveUp(reason)));
+        Report {
+            success,
+            stop,
+            cost,
+            iterations,
+            restarts,
+            start_projected,
+            hint,
+            invalid,
+            smoothness: [0.0; 3],
+            spacing: 0.0,
+            terms: Cow::Borrowed(&[]),
+            forces: Cow::Borrowed(&[]),
+            exceeded: Cow::Borrowed(&[]),
+        }
     }
 }
 
@@ -184,8 +197,8 @@ impl Solver {
 fn invalid_term(layout: &Layout, state: &State) -> Invalid {
     let bad = layout.terms.iter().find(|t| t.parts.clone().any(|p| !state.squares[p].is_finite()));
     match bad {
-        Some(t) => Invalid::Term(t.term, "gives a residual that is not finite".into()),
-        None => Invalid::Pose("gives a cost that is not finite"),
+        Some(t) => Invalid::Term(t.term, InvalidTerm::NotFinite),
+        None => Invalid::Pose(InvalidPose::Cost),
     }
 }
 
@@ -225,6 +238,8 @@ fn report_terms(layout: &Layout, problem: &Problem, state: &mut State, terms: &m
         }
         let first = first.unwrap_or(PartReport::ZERO);
         terms.push(TermReport {
+            key: term.key,
+            times: None,
             kind: objective.kind(),
             joint: t.joint,
             weight: term.weight,
@@ -247,11 +262,7 @@ fn explain(problem: &Problem, w: &mut Workspace, success: bool) -> Option<Hint> 
     state.linearize(layout, problem, false);
     let mut found = None;
     if !success {
-        unmet.find(terms.len(), |term| {
-            let TermReport { satisfied, mandatory, hard, cost, residual, others, .. } = &terms[term];
-            let residual = residual + others.iter().map(|part| part.residual).sum::<f64>();
-            Standing { satisfied: *satisfied, mandatory: *mandatory, hard: *hard, cost: *cost, residual }
-        });
+        unmet.find(terms.len(), |term| Standing::of(&terms[term]));
         // Constraints stand before wishes.
         let n_constraints = unmet.terms.iter().take_while(|term| terms[**term].hard).count();
         for (of, range) in

@@ -101,7 +101,7 @@
 //! motion.set_rate_limits(&[RateLimit { joint: elbow, part: RatePart::Rotation, rate: Rate::Speed, most }])?;
 //!
 //! let still = Clip::still(rig.rest_pose());
-//! let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default());
+//! let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default()).into_owned();
 //! assert!(planned.report.success && planned.clip.peak_speed(elbow, RatePart::Rotation)?.value <= most);
 //! # Ok(())
 //! # }
@@ -184,9 +184,9 @@ pub use ikiru_rig::{
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
-    Force, ForceBy, Hint, LimitKind, Loss, Method, MotionProblem, MotionReport, MotionWorkspace, Objective,
-    PlannedMotion, Problem, Report, Residual, Search, Solver, SolverOptions, StopReason, TargetPath, TermId,
-    Timeline, Tolerance, Unit, When, Workspace,
+    Force, ForceBy, Hint, LimitKind, Loss, Method, MotionProblem, MotionWorkspace, Objective, PlannedMotion,
+    Problem, Report, Residual, Search, Solver, SolverOptions, StopReason, TargetPath, TermId, Timeline,
+    Tolerance, Unit, When, Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use ikiru_formats::{motion_csv, motion_json, name_motion_rig, write_clip};
 use ikiru_rig::{Clip, Rate, RateExcess, RateLimit, RatePart, Rig};
 use ikiru_scenario::{MotionScenario, PlannedScenario};
-use ikiru_solve::{MotionReport, MotionWorkspace};
+use ikiru_solve::{MotionWorkspace, Report};
 use serde_json::{Value, json};
 
 use crate::args::{MotionFormat, PlanArgs};
@@ -106,7 +106,7 @@ fn described(
     labels: &[Label],
     warnings: &[String],
     clip: &Clip,
-    report: &MotionReport,
+    report: &Report<'_>,
     time: Duration,
 ) -> Value {
     let objectives: Vec<Value> = report
@@ -114,6 +114,7 @@ fn described(
         .iter()
         .zip(labels)
         .map(|(term, label)| {
+            let times = term.times.unwrap_or_default();
             let mut objective = json!({
                 "kind": label.kind,
                 "joint": label.joint,
@@ -124,9 +125,9 @@ fn described(
                 "unit": term.unit.symbol(),
                 "cost": term.cost,
                 "satisfied": term.satisfied,
-                "at": term.worst_secs,
-                "from": term.from_secs,
-                "to": term.to_secs,
+                "at": times.worst_secs,
+                "from": times.from_secs,
+                "to": times.to_secs,
             });
             json::add_other_parts(&mut objective, &term.others);
             objective
@@ -160,8 +161,9 @@ fn described(
 }
 
 /// The constraints among a motion's objectives, each where it is missed the most or has the least left.
-fn constraints<'a>(motion: &'a MotionScenario, report: &MotionReport) -> Vec<Constraint<'a>> {
-    let parts = report.terms.iter().map(|term| (term.parts().collect(), Some(term.worst_secs)));
+fn constraints<'a>(motion: &'a MotionScenario, report: &Report) -> Vec<Constraint<'a>> {
+    let parts =
+        report.terms.iter().map(|term| (term.parts().collect(), term.times.map(|times| times.worst_secs)));
     constraints::constraints(&motion.rig, motion.motion.terms(), &motion.objectives, parts)
 }
 
@@ -169,15 +171,16 @@ fn text(
     motion: &MotionScenario,
     labels: &[Label],
     clip: &Clip,
-    report: &MotionReport,
+    report: &Report<'_>,
     time: Duration,
 ) -> String {
     let mut table = report::table(["", "objective", "joint", "when", "weight", "residual", ""]);
     for (idx, (term, label)) in report.terms.iter().zip(labels).enumerate() {
-        let span = if term.from_secs == term.to_secs {
-            format!("{} s", short(term.from_secs))
+        let times = term.times.unwrap_or_default();
+        let span = if times.from_secs == times.to_secs {
+            format!("{} s", short(times.from_secs))
         } else {
-            format!("{} to {} s", short(term.from_secs), short(term.to_secs))
+            format!("{} to {} s", short(times.from_secs), short(times.to_secs))
         };
         let mark = match (term.satisfied, term.mandatory) {
             _ if term.weight == 0.0 && !term.hard => "off".to_owned(),
@@ -185,7 +188,7 @@ fn text(
             (false, true) if motion.solver.options().cost_below.is_some() && report.success => String::new(),
             (false, true) => match motion.out_of_hand(idx) {
                 Some(joint) => format!("unmet: {}", nothing_moves(joint)),
-                None => format!("unmet, worst at {} s", short(term.worst_secs)),
+                None => format!("unmet, worst at {} s", short(times.worst_secs)),
             },
             (false, false) => "shapes".to_owned(),
         };
@@ -201,7 +204,7 @@ fn text(
     }
     let mut text = format!("{table}\n\n");
     let mut line = |key: &str, value: String| text += &format!("{key:<13}{value}\n");
-    for excess in &report.exceeded {
+    for excess in report.exceeded.iter() {
         line("exceeded", exceeded_text(clip.rig(), excess));
     }
     let verdict = if report.success { "reached" } else { "not reached" };
@@ -216,7 +219,9 @@ fn text(
     line("time", numbers::time(time));
     // What is exceeded stands above.
     let is_told = report.success || !report.exceeded.is_empty();
-    let at = |term: Option<usize>| clip.sample(term.map_or(0.0, |term| report.terms[term].worst_secs));
+    let at = |term: Option<usize>| {
+        clip.sample(term.and_then(|term| report.terms[term].times).map_or(0.0, |times| times.worst_secs))
+    };
     for (key, words) in About::motion(motion).lines(&report.forces, report.hint, is_told, at) {
         line(key, words);
     }

@@ -72,7 +72,7 @@ pub(crate) fn invalid_input(
 ) -> Failure {
     let place = match invalid {
         Invalid::Term(term, _) => objectives.get(term).and_then(|objective| objective.place),
-        Invalid::Pose(_) | Invalid::Options(_) => None,
+        _ => None,
     };
     Failure::input(InFile { file: file.to_owned(), place, what: refusal(rig, objectives, invalid) })
 }

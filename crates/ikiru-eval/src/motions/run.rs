@@ -91,7 +91,7 @@ pub fn run(
 /// The samples of the timeline, whenever they come: a judge looks at those.
 fn plan_once(motion: &MotionScenario, workspace: &mut MotionWorkspace) -> Result<Clip, Invalid> {
     let planned = motion.solver.plan(&motion.motion, &motion.still(), workspace);
-    planned.report.invalid.map_or(Ok(planned.clip), Err)
+    planned.report.invalid.map_or(Ok(planned.clip.into_owned()), Err)
 }
 
 /// What comes of a plan, the same every time, and the median of its times.

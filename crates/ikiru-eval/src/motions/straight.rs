@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use ikiru_rig::{Clip, ClipError, Pose};
 use ikiru_scenario::{MotionScenario, MotionSettings, ScenarioObjective};
-use ikiru_solve::{Invalid, Method, Problem, Solver, SolverOptions, Timeline, When, Workspace};
+use ikiru_solve::{Invalid, InvalidPose, Method, Problem, Solver, SolverOptions, Timeline, When, Workspace};
 
 /// The keys of a motion, each as a problem of a single pose.
 #[derive(Debug)]
@@ -67,12 +67,14 @@ impl Straight {
                 poses.push(pose.clone());
             }
         }
-        if let Some(end) = &self.end {
-            samples.push(self.timeline.n_samples() - 1);
+        let last = self.timeline.n_samples() - 1;
+        if let Some(end) = self.end.as_ref().filter(|_| samples.last() != Some(&last)) {
+            samples.push(last);
             poses.push(end.clone());
         }
         let through = samples.iter().map(|sample| self.timeline.time(*sample)).collect();
-        let between = |_: ClipError| Invalid::Pose("is at the time of another");
+        // Samples increase, so that only rigs can differ.
+        let between = |_: ClipError| Invalid::Pose(InvalidPose::OtherRig);
         let keys = Clip::new("straight", through, poses).map_err(between)?;
         let times = self.timeline.times();
         let poses = times.iter().map(|secs| keys.sample(*secs)).collect();

@@ -23,7 +23,7 @@ pub use rates::{Peak, Rate, RatePart, RateSummary, Rates};
 pub use retime::Retimed;
 
 use crate::foreign::ForeignJoint;
-use crate::pose::Pose;
+use crate::pose::{Pose, retract_joint};
 use crate::rig::Rig;
 
 /// Poses at increasing times, all of one rig.
@@ -225,13 +225,35 @@ impl Clip {
     /// it does at a time that is not a number.
     #[must_use]
     pub fn sample(&self, secs: f64) -> Pose {
+        let mut pose = self.poses[0].clone();
+        self.sample_into(secs, &mut pose);
+        pose
+    }
+
+    /// The same into a pose that is there already, which allocates nothing. A pose of another rig is left as it is.
+    pub fn sample_into(&self, secs: f64, pose: &mut Pose) {
+        let rig = self.rig();
+        if !pose.rig().is_same(rig) {
+            return;
+        }
         let (before, t) = self.locate(secs);
-        match (self.poses.get(before + 1), t) {
-            // Both poses belong to one rig, so there is always a way between them.
-            (Some(after), t) if t > 0.0 => {
-                self.poses[before].interpolate(after, t).unwrap_or_else(|_| self.poses[before].clone())
+        let from = &self.poses[before];
+        pose.coords_mut().copy_from_slice(from.coords());
+        let Some(to) = self.poses.get(before + 1).filter(|_| t > 0.0) else { return };
+        for joint in rig.ids() {
+            let data = &rig.joints()[joint.index()];
+            let mut way = [0.0; 6];
+            let way = &mut way[..data.n_dofs()];
+            from.difference_of(joint, to, way);
+            if way.iter().any(|w| !w.is_finite()) {
+                // No way leads there.
+                pose.coords_mut().copy_from_slice(from.coords());
+                return;
             }
-            _ => self.poses[before].clone(),
+            if !way.is_empty() {
+                way.iter_mut().for_each(|w| *w *= t);
+                retract_joint(&data.motion, &mut pose.coords_mut()[rig.coords_of(joint)], way);
+            }
         }
     }
 

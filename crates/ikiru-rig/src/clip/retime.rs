@@ -77,6 +77,19 @@ impl Clip {
     /// poses than fit into 2 GiB; and limits that do not hold at a thousandth of the tempo
     /// either ([`ClipError::Unkept`]), as where a cone stops a ball at once whose acceleration is limited.
     pub fn retime(&self, limits: &[RateLimit], rate_hz: f64) -> Result<Retimed, ClipError> {
+        self.retime_while(limits, rate_hz, || true)
+    }
+
+    /// The same as long as `may_go_on` says so, which is asked between rounds: for who has little time.
+    ///
+    /// # Errors
+    /// Those of [`retime`](Self::retime); [`ClipError::Unkept`] also where it was stopped.
+    pub fn retime_while(
+        &self,
+        limits: &[RateLimit],
+        rate_hz: f64,
+        may_go_on: impl Fn() -> bool,
+    ) -> Result<Retimed, ClipError> {
         if !rate_hz.is_finite() || rate_hz <= 0.0 {
             return Err(ClipError::Rate(rate_hz));
         }
@@ -102,7 +115,11 @@ impl Clip {
                 return Ok(Retimed { clip, map: Some(map) });
             };
             let is_too_long = map.duration_secs() > MOST_STRETCH * self.duration_secs();
-            if is_too_long || shares.iter().any(Share::is_spent) || round == ROUNDS + EVEN_ROUNDS {
+            if !may_go_on()
+                || is_too_long
+                || shares.iter().any(Share::is_spent)
+                || round == ROUNDS + EVEN_ROUNDS
+            {
                 let joint = self.rig().joints()[worst.limit.joint.index()].name.clone();
                 return Err(ClipError::Unkept { joint, excess: *worst });
             }

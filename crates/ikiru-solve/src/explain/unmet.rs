@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 
 use crate::force::ForceBy;
+use crate::report::TermReport;
 
 /// What is told first stays so until another is so many times as strong: names do not flicker.
 pub(super) const STAYS: f64 = 1.2;
@@ -19,6 +20,13 @@ pub(crate) struct Standing {
 }
 
 impl Standing {
+    /// That of a term as it is reported.
+    pub(crate) fn of(report: &TermReport) -> Self {
+        let TermReport { satisfied, mandatory, hard, cost, residual, others, .. } = report;
+        let residual = residual + others.iter().map(|part| part.residual).sum::<f64>();
+        Self { satisfied: *satisfied, mandatory: *mandatory, hard: *hard, cost: *cost, residual }
+    }
+
     /// How bad it is that it is not met, among terms of its kind.
     fn badness(&self) -> f64 {
         if self.hard { self.residual } else { self.cost }

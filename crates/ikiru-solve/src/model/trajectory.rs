@@ -64,14 +64,13 @@ pub(crate) struct Trajectory<'a> {
 }
 
 impl Trajectory<'_> {
-    /// The motion as it is, as a clip.
-    pub(crate) fn to_clip(&mut self) -> &Clip {
+    /// Writes the motion as it is into its clip.
+    pub(crate) fn write_clip(&mut self) {
         for t in 0..self.state.n_samples {
             if let Some(coords) = self.clip.coords_mut(t) {
                 self.state.store(self.layout, t, coords);
             }
         }
-        self.clip
     }
 
     /// Improves the motion, whose cost is `cost` and which was evaluated last, as if nothing limited

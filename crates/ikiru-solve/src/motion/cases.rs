@@ -131,7 +131,7 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
 fn load(state: &mut MotionState, layout: &Layout, poses: &[Pose]) {
     assert!(state.load_still(layout, &poses[0]));
     for (t, pose) in poses.iter().enumerate() {
-        assert!(state.load(layout, t, pose));
+        assert!(state.load(layout, t, pose).is_some());
     }
 }
 

@@ -113,13 +113,11 @@ impl Guards {
 
     /// Adds half the gradient of the wishes among the rows, and of `hard` times the squares of what hard rows miss.
     pub(crate) fn add_half_gradient(&self, hard: f64, gradient: &mut [f64]) {
-        let pull: Vec<f64> = self
-            .guards
-            .iter()
-            .zip(&self.rows.residual)
-            .map(|(guard, residual)| guard.weight.unwrap_or(hard) * guard.sense.missing(*residual))
-            .collect();
-        self.rows.add_transposed(&pull, gradient);
+        let pull = |row: usize| {
+            let Guard { sense, weight, .. } = self.guards[row];
+            weight.unwrap_or(hard) * sense.missing(self.rows.residual[row])
+        };
+        self.rows.add_transposed_of(pull, gradient);
     }
 }
 
@@ -131,6 +129,8 @@ pub(crate) struct Acting {
     force: Vec<f64>,
     /// The residuals that the step is solved for.
     aim: Vec<f64>,
+    /// What the linear model says of each row.
+    along: Vec<f64>,
     is_iterative: bool,
     /// The compliance of hard rows where steps are solved for iteratively.
     compliance: f64,
@@ -157,8 +157,7 @@ impl Acting {
 
     /// Takes what the forces do off half a gradient.
     pub(crate) fn balance(&self, guards: &Guards, gradient: &mut [f64]) {
-        let pull: Vec<f64> = self.force.iter().map(|force| -force).collect();
-        guards.rows.add_transposed(&pull, gradient);
+        guards.rows.add_transposed_of(|row| -self.force[row], gradient);
     }
 
     /// The next step is to make good a share of what is missed.
@@ -176,9 +175,10 @@ impl Acting {
     pub(crate) fn aim_from(&mut self, guards: &Guards, residual: &[f64], delta: &[f64]) {
         self.aim.clear();
         self.aim.extend_from_slice(residual);
-        let mut along = vec![0.0; self.aim.len()];
-        guards.rows.add_product(delta, &mut along);
-        self.aim.iter_mut().zip(along).for_each(|(aim, along)| *aim -= along);
+        self.along.clear();
+        self.along.resize(self.aim.len(), 0.0);
+        guards.rows.add_product(delta, &mut self.along);
+        self.aim.iter_mut().zip(&self.along).for_each(|(aim, along)| *aim -= along);
     }
 
     /// Begins a step: what must act, and what acted.
@@ -230,14 +230,14 @@ impl Acting {
 
     /// Lets rows go that would have to pull, and has those act that a step misses; says whether there was one.
     pub(crate) fn exchange(&mut self, guards: &Guards, delta: &[f64]) -> bool {
-        let mut along = self.aim.clone();
-        guards.rows.add_product(delta, &mut along);
+        self.along.clone_from(&self.aim);
+        guards.rows.add_product(delta, &mut self.along);
         let mut changed = false;
         for (row, guard) in guards.guards.iter().enumerate() {
             if guard.sense == Sense::Equal || !guard.is_open {
                 continue;
             }
-            let is_wrong = if self.acts[row] { self.force[row] < 0.0 } else { along[row] < -SLACK };
+            let is_wrong = if self.acts[row] { self.force[row] < 0.0 } else { self.along[row] < -SLACK };
             if is_wrong {
                 (changed, self.acts[row]) = (true, !self.acts[row]);
             }

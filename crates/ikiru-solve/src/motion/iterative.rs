@@ -78,7 +78,7 @@ impl Iterative {
         &mut self,
         rows: &SampleRows,
         open: &[bool],
-        apply: impl Fn(&[f64], &mut [f64]),
+        mut apply: impl FnMut(&[f64], &mut [f64]),
         b: &[f64],
         x: &mut [f64],
     ) {

@@ -50,8 +50,8 @@ pub(crate) fn exceeded(motion: &MotionProblem, clip: &Clip) -> Vec<RateExcess> {
 }
 
 fn exceeded_now(model: &mut Trajectory<'_>) -> Vec<RateExcess> {
-    let motion = model.motion;
-    exceeded(motion, model.to_clip())
+    model.write_clip();
+    exceeded(model.motion, model.clip)
 }
 
 /// Improves a motion inside its limits on rates; as if there were none where it keeps them anyway.

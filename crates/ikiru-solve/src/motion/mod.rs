@@ -31,6 +31,5 @@ pub use error::MotionError;
 pub use path::{TargetPath, TargetPathError};
 pub use planner::{MotionWorkspace, PlannedMotion};
 pub use problem::MotionProblem;
-pub use report::{MotionReport, MotionTermReport};
 pub use timeline::{Timeline, TimelineError};
 pub use when::When;

@@ -1,32 +1,46 @@
 //! Planning: a motion problem and a guess in, a clip and a report out.
 
-use ikiru_rig::{Clip, JointId, Pose};
+use std::borrow::Cow;
 
+use ikiru_rig::{Clip, JointId, Pose, RateExcess};
+
+use crate::explain::{Explainer, Unmet};
+use crate::invalid::{Invalid, InvalidOptions, InvalidPose, InvalidTerm};
 use crate::layout::Layout;
 use crate::model::{Model, Trajectory, TrajectoryMemory};
 use crate::motion::explain::explain;
 use crate::motion::limited::exceeded;
 use crate::motion::problem::MotionProblem;
-use crate::motion::report::{MotionReport, report_terms};
+use crate::motion::report::report_terms;
 use crate::motion::slower::slow_down;
 use crate::motion::state::MotionState;
+use crate::objective::{TermReads, Unfit};
 use crate::options::Method;
-use crate::report::{Invalid, StopReason};
+use crate::report::{Report, StopReason, TermReport};
 use crate::search::{Bar, Budget, Searcher};
 use crate::solver::Solver;
 use crate::watch::Watch;
 
-/// A planned motion.
+/// A planned motion. It borrows from the workspace; [`into_owned`](Self::into_owned) keeps it.
 #[derive(Clone, Debug)]
-pub struct PlannedMotion {
+pub struct PlannedMotion<'a> {
     /// The poses over time, one a sample of the timeline: given ones as they are, all others inside their limits. The
     /// guess itself where the input is invalid.
-    pub clip: Clip,
+    pub clip: Cow<'a, Clip>,
     /// What came of planning it.
-    pub report: MotionReport,
+    pub report: Report<'a>,
 }
 
-/// Scratch memory for planning one motion at a time.
+impl PlannedMotion<'_> {
+    /// The same, borrowing nothing.
+    #[must_use]
+    pub fn into_owned(self) -> PlannedMotion<'static> {
+        PlannedMotion { clip: Cow::Owned(self.clip.into_owned()), report: self.report.into_owned() }
+    }
+}
+
+/// Scratch memory for planning one motion at a time. A plan with a workspace that has seen a motion of the same shape does
+/// not allocate, but for what limits on speed and acceleration need; one of another shape is laid out anew.
 #[derive(Clone, Debug, Default)]
 pub struct MotionWorkspace {
     layout: Layout,
@@ -36,6 +50,16 @@ pub struct MotionWorkspace {
     /// The coordinates that a plan begins from.
     start: Vec<f64>,
     led: Vec<JointId>,
+    reads: TermReads,
+    /// The motion that was planned last; what does not move in it, and a sample that is looked at.
+    clip: Option<Clip>,
+    still: Option<Pose>,
+    pose: Option<Pose>,
+    terms: Vec<TermReport>,
+    explainer: Explainer,
+    unmet: Unmet,
+    smoothness: Vec<f64>,
+    exceeded: Vec<RateExcess>,
     watch: Watch,
 }
 
@@ -47,20 +71,71 @@ impl MotionWorkspace {
 
     /// Checks a motion, and lays it out as far as it is another one than before.
     fn fit(&mut self, motion: &MotionProblem) -> Result<(), Invalid> {
-        let unfit = |(term, unfit)| Invalid::Term(term, unfit);
-        motion.check().map_err(unfit)?;
+        let unfit = |(term, unfit): (usize, Unfit)| Invalid::Term(term, unfit.into());
+        motion.check_moving(&mut self.reads).map_err(unfit)?;
         motion.led(&mut self.led);
-        if !self.layout.signature.check(motion.terms(), &self.led).map_err(unfit)? {
+        if self.layout.signature.check(motion.terms(), &self.led).map_err(unfit)? {
+            self.state.fit(&self.layout, motion);
+        } else {
             self.layout = Layout::with(motion.terms(), &self.led).map_err(unfit)?;
             self.state = MotionState::new(&self.layout, motion);
             self.memory = TrajectoryMemory::new(&self.layout);
-            self.searcher = Searcher::default();
-        } else {
-            self.state.fit(&self.layout, motion);
+            self.explainer = Explainer::new(&self.layout);
+            self.unmet = Unmet::new(self.layout.terms.len(), 0);
         }
         self.memory.fit(&self.layout, &self.state);
         self.searcher.fit(self.state.coords.len(), self.layout.n_dofs * self.state.n_samples);
         Ok(())
+    }
+
+    /// Takes over a guess and what is given; says whether a guess had to be moved inside its limits.
+    fn load(&mut self, motion: &MotionProblem, guess: &Clip) -> Result<bool, Invalid> {
+        let timeline = motion.timeline();
+        if !guess.rig().is_same(motion.rig()) {
+            return Err(Invalid::Pose(InvalidPose::OtherRig));
+        }
+        let kept = |pose: &mut Option<Pose>| {
+            pose.take()
+                .filter(|pose| pose.rig().is_same(motion.rig()))
+                .unwrap_or_else(|| motion.rig().rest_pose())
+        };
+        let (mut still, mut pose) = (kept(&mut self.still), kept(&mut self.pose));
+        match motion.first_given() {
+            Some(given) => still.coords_mut().copy_from_slice(given.coords()),
+            None => guess.sample_into(guess.times()[0], &mut still),
+        }
+        let clip = self.clip.take().filter(|clip| {
+            let fits = clip.rig().is_same(motion.rig()) && clip.name() == guess.name();
+            fits && timeline.are_times(clip.times())
+        });
+        let mut clip = clip.unwrap_or_else(|| {
+            let poses = vec![still.clone(); timeline.n_samples()];
+            // Times of a timeline increase, and there are as many poses of one rig.
+            Clip::new(guess.name(), timeline.times(), poses).unwrap_or_else(|_| guess.clone())
+        });
+        let mut is_projected = false;
+        for t in 0..timeline.n_samples() {
+            let given = motion.given(t);
+            match given {
+                Some(given) => pose.coords_mut().copy_from_slice(given.coords()),
+                None => guess.sample_into(timeline.time(t), &mut pose),
+            }
+            match self.state.load(&self.layout, t, &pose) {
+                Some(projected) => is_projected |= projected,
+                None => return Err(Invalid::Pose(InvalidPose::NotFinite)),
+            }
+            if given.is_some_and(|pose| motion.moves_others(&still, pose)) {
+                return Err(Invalid::Pose(InvalidPose::GivenDiffer));
+            }
+            if let Some(coords) = clip.coords_mut(t) {
+                coords.copy_from_slice(given.unwrap_or(&still).coords());
+            }
+        }
+        // Terms read what does not move as all samples have it.
+        self.state.load_still(&self.layout, &still);
+        self.start.clone_from(&self.state.coords);
+        (self.clip, self.still, self.pose) = (Some(clip), Some(still), Some(pose));
+        Ok(is_projected)
     }
 }
 
@@ -73,16 +148,31 @@ impl Solver {
     /// first one given, or as the guess has them at its first time. By [`Method::Lm`] or [`Method::Adam`].
     ///
     /// Invalid input ends at once with [`StopReason::InvalidInput`], the guess given back.
-    pub fn plan(
+    pub fn plan<'w>(
         &self,
         motion: &MotionProblem,
         guess: &Clip,
-        workspace: &mut MotionWorkspace,
-    ) -> PlannedMotion {
-        self.plan_valid(motion, guess, workspace).unwrap_or_else(|invalid| PlannedMotion {
-            clip: guess.clone(),
-            report: MotionReport::invalid(invalid),
-        })
+        workspace: &'w mut MotionWorkspace,
+    ) -> PlannedMotion<'w> {
+        workspace.terms.clear();
+        workspace.explainer.forces.clear();
+        workspace.exceeded.clear();
+        match self.plan_valid(motion, guess, workspace) {
+            Ok(report) => {
+                let MotionWorkspace { clip, terms, explainer, exceeded, .. } = workspace;
+                let report = Report {
+                    terms: Cow::Borrowed(terms),
+                    forces: Cow::Borrowed(&explainer.forces),
+                    exceeded: Cow::Borrowed(exceeded),
+                    ..report
+                };
+                let clip = clip.as_ref().map_or_else(|| Cow::Owned(guess.clone()), Cow::Borrowed);
+                PlannedMotion { clip, report }
+            }
+            Err(invalid) => {
+                PlannedMotion { clip: Cow::Owned(guess.clone()), report: Report::invalid(invalid) }
+            }
+        }
     }
 
     fn plan_valid(
@@ -90,38 +180,36 @@ impl Solver {
         motion: &MotionProblem,
         guess: &Clip,
         workspace: &mut MotionWorkspace,
-    ) -> Result<PlannedMotion, Invalid> {
+    ) -> Result<Report<'static>, Invalid> {
         self.check_motion(motion)?;
         workspace.fit(motion)?;
-        let mut clip = workspace.load(motion, guess)?;
-        let MotionWorkspace { layout, state, memory, searcher, start, watch, .. } = workspace;
+        let start_projected = workspace.load(motion, guess)?;
+        let MotionWorkspace { layout, state, memory, searcher, start, watch, terms, .. } = workspace;
+        let (explainer, unmet) = (&mut workspace.explainer, &mut workspace.unmet);
+        let Some(clip) = &mut workspace.clip else { return Err(Invalid::Pose(InvalidPose::NotFinite)) };
         let layout = &*layout;
         let mut budget = Budget::new(self.options(), watch);
         let settled_cost = state.settled_cost(layout, motion);
         let cost = state.evaluate(layout, motion);
-        if !(cost + settled_cost + state.violation).is_finite() && state.failure.is_none() {
-            return Err(match state.not_finite(layout, motion) {
-                Some(term) => {
-                    Invalid::Term(term, "gives a residual that is not finite at one of its samples".into())
-                }
-                None => Invalid::Pose("gives a cost that is not finite"),
-            });
-        }
         if let Some((term, reason)) = state.failure {
-            return Err(Invalid::Term(term, reason.into()));
+            return Err(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
+        }
+        if !(cost + settled_cost + state.violation).is_finite() {
+            return Err(match state.not_finite(layout, motion) {
+                Some(term) => Invalid::Term(term, InvalidTerm::NotFiniteAtSample),
+                None => Invalid::Pose(InvalidPose::Cost),
+            });
         }
         if self.options().cost_below.is_none()
             && let Some(term) = state.conflict(layout, motion)
         {
-            let conflict = "holds at given samples alone, and their poses do not meet it: \
-                give it another time, or leave those samples free";
-            return Err(Invalid::Term(term, conflict.into()));
+            return Err(Invalid::Term(term, InvalidTerm::Settled));
         }
         // What given samples settle is no part of what a plan can bring down.
         let cost_below = self.options().cost_below.map(|bar| bar - settled_cost);
         let bar = Bar::new(cost_below, motion.terms(), self.options().search.max_restarts() > 0);
         let (start, is_rate_bound) = (&start[..], false);
-        let mut model = Trajectory { layout, motion, state, memory, start, clip: &mut clip, is_rate_bound };
+        let mut model = Trajectory { layout, motion, state, memory, start, clip, is_rate_bound };
         let (outcome, restarts) = searcher.run(self.options(), bar, &mut model, cost, &mut budget);
         let failure = model.state.failure.take();
         let mut cost = settled_cost + model.evaluate();
@@ -129,22 +217,24 @@ impl Solver {
             // What gave up once may give up again: the cost is what it was when this motion was found.
             (cost, model.state.failure) = (settled_cost + outcome.cost, None);
         }
-        model.to_clip();
+        model.write_clip();
         let (smoothness, spacing) = (state.smoothness_cost, state.spacing_cost);
-        let mut terms = report_terms(layout, motion, state);
+        report_terms(layout, motion, state, terms);
         let within = match self.options().cost_below {
             Some(bar) => cost < bar && terms.iter().all(|t| t.satisfied || !t.hard),
             None => terms.iter().all(|t| t.satisfied || !t.mandatory),
         };
-        let (forces, hint) = if within { (Vec::new(), None) } else { explain(layout, motion, state, &terms) };
-        let exceeded = if motion.has_free_duration() {
-            let exceeded;
-            (clip, exceeded) = slow_down(motion, clip, &mut terms);
-            exceeded
+        let hint = if within {
+            None
         } else {
-            exceeded(motion, &clip)
+            explain(layout, motion, state, terms, (explainer, unmet), &mut workspace.smoothness)
         };
-        let success = within && exceeded.is_empty();
+        workspace.exceeded = if motion.has_free_duration() {
+            slow_down(motion, clip, terms, &budget)
+        } else {
+            exceeded(motion, clip)
+        };
+        let success = within && workspace.exceeded.is_empty();
         let stop = match outcome.stop {
             _ if failure.is_some() => StopReason::ObjectiveFailed,
             _ if success => StopReason::Reached,
@@ -152,7 +242,7 @@ impl Solver {
             StopReason::Reached => StopReason::NoProgress,
             other => other,
         };
-        let report = MotionReport {
+        Ok(Report {
             success,
             stop,
             cost,
@@ -160,61 +250,27 @@ impl Solver {
             spacing,
             iterations: budget.iterations,
             restarts,
-            terms,
-            forces,
+            start_projected,
             hint,
-            exceeded,
-            invalid: failure.map(|(term, reason)| Invalid::Term(term, reason.into())),
-        };
-        Ok(PlannedMotion { clip, report })
+            invalid: failure.map(|(term, reason)| Invalid::Term(term, InvalidTerm::GaveUp(reason))),
+            terms: Cow::Borrowed(&[]),
+            forces: Cow::Borrowed(&[]),
+            exceeded: Cow::Borrowed(&[]),
+        })
     }
 
     fn check_motion(&self, motion: &MotionProblem) -> Result<(), Invalid> {
         self.options().check().map_err(Invalid::Options)?;
-        if !matches!(self.options().method, Method::Lm | Method::Adam(_)) {
-            return Err(Invalid::Options("plan motions by lm or adam: the other methods know poses alone"));
-        }
-        if matches!(self.options().method, Method::Adam(_)) && motion.holds_rates() {
-            let reason = "limits on speed and acceleration of a fixed duration need the method lm: \
-                adam knows them only where the duration is free";
-            return Err(Invalid::Options(reason));
-        }
-        if motion.has_free_duration() && motion.n_history() > 1 {
-            let reason = "a free duration gives all samples new times, those of a history too: \
-                fix one first sample, or the duration";
-            return Err(Invalid::Options(reason));
-        }
-        Ok(())
-    }
-}
-
-impl MotionWorkspace {
-    /// Takes over a guess and what is given; the answer is the motion as it begins, as a clip.
-    fn load(&mut self, motion: &MotionProblem, guess: &Clip) -> Result<Clip, Invalid> {
-        let timeline = motion.timeline();
-        let start_of = |clip: &Clip| clip.sample(clip.times().first().copied().unwrap_or_default());
-        let still = motion.first_given().map_or_else(|| start_of(guess), Pose::clone);
-        let mut poses = Vec::with_capacity(timeline.n_samples());
-        for t in 0..timeline.n_samples() {
-            let given = motion.given(t);
-            let pose = given.map_or_else(|| guess.sample(timeline.time(t)), Pose::clone);
-            if !pose.rig().is_same(motion.rig()) {
-                return Err(Invalid::Pose("belongs to another rig than the motion"));
-            }
-            if !self.state.load(&self.layout, t, &pose) {
-                let reason = "has numbers that are not finite, or quaternions that are not of unit length";
-                return Err(Invalid::Pose(reason));
-            }
-            if given.is_some_and(|pose| motion.moves_others(&still, pose)) {
-                let reason = "and the given samples differ in joints that are not active: make those active, or give them alike";
-                return Err(Invalid::Pose(reason));
-            }
-            poses.push(given.unwrap_or(&still).clone());
-        }
-        // Terms read what does not move as all samples have it.
-        self.state.load_still(&self.layout, &still);
-        self.start.clone_from(&self.state.coords);
-        // Times of a timeline increase, and there are as many poses of one rig.
-        Ok(Clip::new(guess.name(), timeline.times(), poses).unwrap_or_else(|_| guess.clone()))
+        let is_adam = matches!(self.options().method, Method::Adam(_));
+        let wrong = if !is_adam && self.options().method != Method::Lm {
+            InvalidOptions::MethodOfPoses
+        } else if is_adam && motion.holds_rates() {
+            InvalidOptions::RateLimitsNeedLm
+        } else if motion.has_free_duration() && motion.n_history() > 1 {
+            InvalidOptions::FreeDurationWithHistory
+        } else {
+            return Ok(());
+        };
+        Err(Invalid::Options(wrong))
     }
 }

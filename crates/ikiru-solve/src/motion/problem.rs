@@ -445,13 +445,11 @@ impl MotionProblem {
             .map_or(self.smoothness, |(_, weights)| *weights)
     }
 
-    /// The first term whose numbers are wrong at some sample, and what is wrong.
-    pub(crate) fn check(&self) -> Result<(), (usize, Unfit)> {
-        self.base.check()?;
-        let mut reads = TermReads::default();
+    /// The first term that moves whose numbers are wrong at some sample, and what is wrong.
+    pub(crate) fn check_moving(&self, reads: &mut TermReads) -> Result<(), (usize, Unfit)> {
         for (idx, track) in self.tracks.iter().enumerate() {
             for objective in &track.moving {
-                check_objective(self.rig(), &**objective, &mut reads).map_err(|unfit| (idx, unfit))?;
+                check_objective(self.rig(), &**objective, reads).map_err(|unfit| (idx, unfit))?;
             }
         }
         Ok(())

@@ -207,13 +207,19 @@ impl SampleRows {
 
     /// `x += Jᵀ y`
     pub(crate) fn add_transposed(&self, y: &[f64], x: &mut [f64]) {
+        self.add_transposed_of(|row| y[row], x);
+    }
+
+    /// The same for a `y` that is made row by row.
+    pub(crate) fn add_transposed_of(&self, y: impl Fn(usize) -> f64, x: &mut [f64]) {
         let n = self.n_dofs;
         for block in &self.blocks {
             for row in block.first..block.first + block.n_rows {
+                let y = y(row);
                 for (run, entries) in self.runs(row) {
                     let at = (block.sample - run.back) * n;
                     for (x, a) in x[at + run.dofs.start..at + run.dofs.end].iter_mut().zip(entries) {
-                        *x += y[row] * a;
+                        *x += y * a;
                     }
                 }
             }

@@ -4,25 +4,28 @@ use ikiru_rig::{Clip, RateExcess};
 
 use crate::motion::limited::exceeded;
 use crate::motion::problem::MotionProblem;
-use crate::motion::report::MotionTermReport;
+use crate::report::TermReport;
+use crate::search::Budget;
 
 /// By how much more than needed a motion is slowed down, and how many times as long it may become.
 const SPARE: f64 = 1e-6;
 const MOST_STRETCH: f64 = 1000.0;
 
-/// The same poses at later times, where limits on rates ask for it, and the times of the terms with them; and
-/// the limits that cannot be kept at any tempo.
+/// Gives the poses of a clip later times, where limits on rates ask for it, and the times of the terms with them; the
+/// answer is the limits that cannot be kept at any tempo. Where a budget is used up, it is slowed down as a whole.
 pub(super) fn slow_down(
     motion: &MotionProblem,
-    clip: Clip,
-    terms: &mut [MotionTermReport],
-) -> (Clip, Vec<RateExcess>) {
+    clip: &mut Clip,
+    terms: &mut [TermReport],
+    budget: &Budget<'_>,
+) -> Vec<RateExcess> {
     let limits = motion.rate_limits();
-    let excess = exceeded(motion, &clip);
+    let excess = exceeded(motion, clip);
     if excess.is_empty() {
-        return (clip, excess);
+        return excess;
     }
-    let retimed = clip.retime(limits, 1.0 / motion.timeline().step_secs()).ok();
+    let may_go_on = || budget.stop().is_none();
+    let retimed = clip.retime_while(limits, 1.0 / motion.timeline().step_secs(), may_go_on).ok();
     let later = |secs: f64| retimed.as_ref().map_or(secs, |retimed| retimed.at(secs));
     // The curve through these poses is not quite the one that was slowed down. What is still exceeded, and what
     // could not be retimed, is slowed down as a whole, under which speeds and accelerations fall as they should.
@@ -42,12 +45,11 @@ pub(super) fn slow_down(
     }
     if !left.is_empty() {
         // What a cone stops at once is stopped at once at any tempo.
-        return (clip, excess);
+        return excess;
     }
     for term in terms {
-        for secs in [&mut term.from_secs, &mut term.to_secs, &mut term.worst_secs] {
-            *secs = stretch * later(*secs);
-        }
+        term.times = term.times.map(|times| times.map(|secs| stretch * later(secs)));
     }
-    (slow, left)
+    *clip = slow;
+    left
 }

@@ -109,17 +109,16 @@ impl MotionState {
         states.all(|state| state.load(layout, pose))
     }
 
-    /// Takes over the pose of one sample, inside its limits; false where its numbers are not usable.
-    pub(crate) fn load(&mut self, layout: &Layout, t: usize, pose: &Pose) -> bool {
+    /// Takes over the pose of one sample, inside its limits; the answer is whether it was not, `None` where its numbers are
+    /// not usable.
+    pub(crate) fn load(&mut self, layout: &Layout, t: usize, pose: &Pose) -> Option<bool> {
         if !self.other.load(layout, pose) {
-            return false;
+            return None;
         }
-        if !self.is_given[t] {
-            self.other.project(layout);
-        }
+        let moved = !self.is_given[t] && self.other.project(layout);
         let nc = layout.n_coords;
         self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.other.coords[..nc]);
-        true
+        Some(moved)
     }
 
     /// Writes one sample into the coordinates of a pose.

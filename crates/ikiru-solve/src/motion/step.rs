@@ -79,7 +79,8 @@ impl MotionStep {
         state.rows.add_transposed(&state.rows.residual, &mut self.gradient);
         let is_iterative = self.is_iterative(state);
         if !state.guards.is_empty() {
-            self.acting.begin(&state.guards, is_iterative, self.scale(state));
+            let scale = self.scale(state);
+            self.acting.begin(&state.guards, is_iterative, scale);
             self.acting.balance(&state.guards, &mut self.gradient);
         }
         self.cones.begin(layout, state, is_iterative, &self.gradient);
@@ -101,7 +102,7 @@ impl MotionStep {
     }
 
     /// The largest curvature along one degree of freedom of one sample, by which damping is measured.
-    pub(crate) fn scale(&self, state: &MotionState) -> f64 {
+    pub(crate) fn scale(&mut self, state: &MotionState) -> f64 {
         self.system.scale(state)
     }
 
@@ -364,7 +365,8 @@ mod tests {
             step.fit(layout, &case.state);
             assert!(step.begin(layout, &case.state) > 0.0);
             for part in [1e-4, 0.05, 10.0] {
-                assert!(step.solve(layout, &case.state, part * step.scale(&case.state)));
+                let damping = part * step.scale(&case.state);
+                assert!(step.solve(layout, &case.state, damping));
                 let predicted = step.predicted(&case.state).0;
                 assert!(predicted < cost * (1.0 + 1e-12), "case {number}: {predicted} from {cost}");
                 let slope: f64 = step.gradient.iter().zip(&step.delta).map(|(g, d)| g * d).sum();
@@ -409,7 +411,8 @@ mod tests {
             let mut step = MotionStep::new(layout);
             step.fit(layout, &case.state);
             step.begin(layout, &case.state);
-            assert!(step.solve(layout, &case.state, 1e5 * step.scale(&case.state)));
+            let damping = 1e5 * step.scale(&case.state);
+            assert!(step.solve(layout, &case.state, damping));
             let promised = cost - step.predicted(&case.state).0;
             let from = case.state.coords.clone();
             case.state.step(layout, &from, &step.delta);

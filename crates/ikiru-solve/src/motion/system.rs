@@ -38,6 +38,9 @@ pub(crate) struct System {
     shift: f64,
     /// Factors of the matrices of classes, then of those degrees of freedom that have their own.
     factors: Vec<Banded>,
+    n_factors: usize,
+    /// One matrix, while it is copied.
+    one: Banded,
     factor_of: Vec<usize>,
     /// How many samples a row may read: its own, and some before.
     n_back: usize,
@@ -50,6 +53,8 @@ pub(crate) struct System {
     pub(crate) y: Vec<f64>,
     dense: Vec<f64>,
     line: Vec<f64>,
+    guess: Vec<f64>,
+    along: Vec<f64>,
     iterative: Iterative,
 }
 
@@ -89,9 +94,11 @@ impl System {
     }
 
     /// The largest curvature along one degree of freedom of one sample, by which damping is measured.
-    pub(crate) fn scale(&self, state: &MotionState) -> f64 {
+    pub(crate) fn scale(&mut self, state: &MotionState) -> f64 {
         let mut largest = 0.0_f64;
-        let mut squares = vec![0.0; self.n_dofs];
+        let squares = &mut self.line;
+        squares.clear();
+        squares.resize(self.n_dofs, 0.0);
         for block in &state.rows.blocks {
             let first = block.sample * self.n_dofs;
             squares.copy_from_slice(&state.curvature[first..first + self.n_dofs]);
@@ -107,11 +114,19 @@ impl System {
         [largest, smooth].into_iter().find(|scale| *scale > 0.0).unwrap_or(1.0)
     }
 
-    /// The matrix of one degree of freedom, without what is held: what is not open, or given where all of a class share it.
-    fn matrix(&self, state: &MotionState, k: usize, damping: f64, open: Option<&[bool]>) -> Banded {
+    /// Writes the matrix of one degree of freedom, without what is held: what is not open, or given where all of a class
+    /// share it.
+    fn write_matrix(
+        &self,
+        state: &MotionState,
+        k: usize,
+        damping: f64,
+        open: Option<&[bool]>,
+        matrix: &mut Banded,
+    ) {
         let n = self.n_dofs;
         let is_shared = open.is_none();
-        let mut matrix = self.classes[self.class_of[k]].clone();
+        matrix.rows.clone_from(&self.classes[self.class_of[k]].rows);
         let (speed, shift) = (damping * self.stretch + state.spacing.weight, damping * self.shift);
         for t in 0..self.n_samples {
             for d in 0..4 {
@@ -120,7 +135,7 @@ impl System {
             matrix.rows[t][0] += shift + if is_shared { 0.0 } else { state.curvature[t * n + k] };
         }
         if !is_shared && state.rate_bounds.is_bent[k] {
-            state.rate_bounds.curvature.add_to(k, &mut matrix);
+            state.rate_bounds.curvature.add_to(k, matrix);
         }
         for t in 0..self.n_samples {
             let is_held = open.map_or(state.is_given[t], |open| !open[t * n + k]);
@@ -131,16 +146,17 @@ impl System {
                 }
             }
         }
-        matrix
     }
 
     /// Factors one matrix for each class, and one for each degree of freedom that differs from its class.
     fn factor_over_time(&mut self, state: &MotionState, open: &[bool], damping: f64) -> bool {
         let n = self.n_dofs;
-        self.factors.clear();
-        for class in 0..self.classes.len() {
+        let mut factors = std::mem::take(&mut self.factors);
+        self.n_factors = self.classes.len();
+        factors.resize_with(factors.len().max(self.n_factors + n), Banded::default);
+        for (class, factor) in factors.iter_mut().enumerate().take(self.n_factors) {
             let k = self.class_of.iter().position(|c| *c == class).unwrap_or(0);
-            self.factors.push(self.matrix(state, k, damping, None));
+            self.write_matrix(state, k, damping, None, factor);
         }
         for k in 0..n {
             let differs = |t: usize| {
@@ -148,12 +164,15 @@ impl System {
                 state.curvature[idx] != 0.0 || open[idx] == state.is_given[t]
             };
             let is_own = state.rate_bounds.is_bent[k] || (0..self.n_samples).any(differs);
-            self.factor_of[k] = if is_own { self.factors.len() } else { self.class_of[k] };
+            self.factor_of[k] = if is_own { self.n_factors } else { self.class_of[k] };
             if is_own {
-                self.factors.push(self.matrix(state, k, damping, Some(open)));
+                self.write_matrix(state, k, damping, Some(open), &mut factors[self.n_factors]);
+                self.n_factors += 1;
             }
         }
-        self.factors.iter_mut().all(Banded::factor)
+        let factored = factors[..self.n_factors].iter_mut().all(Banded::factor);
+        self.factors = factors;
+        factored
     }
 
     /// `x := A⁻¹ x` where open, 0 elsewhere.
@@ -195,9 +214,12 @@ impl System {
         }
         let mut iterative = std::mem::take(&mut self.iterative);
         iterative.over_time().clear(self.n_dofs, self.n_samples);
+        let mut matrix = std::mem::take(&mut self.one);
         for k in 0..self.n_dofs {
-            iterative.over_time().set(k, &self.matrix(state, k, damping, Some(open)));
+            self.write_matrix(state, k, damping, Some(open), &mut matrix);
+            iterative.over_time().set(k, &matrix);
         }
+        self.one = matrix;
         let prepared = iterative.prepare(rows, open);
         self.iterative = iterative;
         prepared
@@ -220,7 +242,9 @@ impl System {
         right.extend_from_slice(&state.gradient);
         y.clear();
         y.extend_from_slice(residual);
-        let guess = delta.to_vec();
+        let mut guess = std::mem::take(&mut self.guess);
+        guess.clear();
+        guess.extend_from_slice(delta);
         for (delta, open) in delta.iter_mut().zip(open) {
             if *open {
                 *delta = 0.0;
@@ -232,12 +256,13 @@ impl System {
         }
         if rows.n_rows() > self.most_direct_rows {
             rows.add_transposed(&y, &mut right);
-            self.solve_iteratively(state, rows, open, damping, &mut right, guess, delta);
+            self.solve_iteratively(state, rows, open, damping, &mut right, &mut guess, delta);
             y.copy_from_slice(residual);
             rows.add_product(delta, &mut y);
         } else {
             // u = A⁻¹ g, then y = (E + J A⁻¹ Jᵀ)⁻¹ (r − J u).
-            let mut u = right.clone();
+            let mut u = guess;
+            u.clone_from(&right);
             self.apply_inverse(open, &mut u);
             u.iter_mut().for_each(|v| *v = -*v);
             rows.add_product(&u, &mut y);
@@ -247,8 +272,9 @@ impl System {
             for idx in (0..delta.len()).filter(|idx| open[*idx]) {
                 delta[idx] = -right[idx];
             }
+            guess = u;
         }
-        (self.right, self.y) = (right, y);
+        (self.right, self.y, self.guess) = (right, y, guess);
     }
 
     /// The open part of `delta` from half the gradient of the model where that part is 0, and a guess.
@@ -259,33 +285,37 @@ impl System {
         open: &[bool],
         damping: f64,
         right: &mut [f64],
-        mut x: Vec<f64>,
+        x: &mut [f64],
         delta: &mut [f64],
     ) {
-        for ((b, x), open) in right.iter_mut().zip(&mut x).zip(open) {
+        for ((b, x), open) in right.iter_mut().zip(&mut *x).zip(open) {
             (*b, *x) = if *open { (-*b, *x) } else { (0.0, 0.0) };
         }
         let mut iterative = std::mem::take(&mut self.iterative);
-        let apply = |x: &[f64], out: &mut [f64]| self.add_model_product(state, rows, damping, x, out);
-        iterative.solve(rows, open, apply, right, &mut x);
-        self.iterative = iterative;
+        let mut along = std::mem::take(&mut self.along);
+        let apply =
+            |x: &[f64], out: &mut [f64]| self.add_model_product(state, rows, damping, x, &mut along, out);
+        iterative.solve(rows, open, apply, right, x);
+        (self.iterative, self.along) = (iterative, along);
         for idx in (0..x.len()).filter(|idx| open[*idx]) {
             delta[idx] = x[idx];
         }
     }
 
-    /// `out += (Jᵀ J + smoothness + damping + curvature) x`
+    /// `out += (Jᵀ J + smoothness + damping + curvature) x`; `y` is memory over rows.
     fn add_model_product(
         &self,
         state: &MotionState,
         rows: &SampleRows,
         damping: f64,
         x: &[f64],
+        y: &mut Vec<f64>,
         out: &mut [f64],
     ) {
-        let mut y = vec![0.0; rows.n_rows()];
-        rows.add_product(x, &mut y);
-        rows.add_transposed(&y, out);
+        y.clear();
+        y.resize(rows.n_rows(), 0.0);
+        rows.add_product(x, y);
+        rows.add_transposed(y, out);
         self.add_product_beside_rows(state, damping, x, out);
     }
 
@@ -327,7 +357,9 @@ impl System {
         let mut dense = std::mem::take(&mut self.dense);
         dense.clear();
         dense.resize(m * m, 0.0);
-        let mut weighted = vec![0.0; n * n_back];
+        let mut weighted = std::mem::take(&mut self.line);
+        weighted.clear();
+        weighted.resize(n * n_back, 0.0);
         for (a, later) in rows.blocks.iter().enumerate() {
             for earlier in &rows.blocks[..=a] {
                 // Where the samples of both lie among those that rows touch.
@@ -363,7 +395,7 @@ impl System {
             };
         }
         let factored = factor_dense(m, &mut dense);
-        self.dense = dense;
+        (self.dense, self.line) = (dense, weighted);
         factored
     }
 
@@ -383,7 +415,7 @@ impl System {
         let n_touched = self.touched.len();
         self.inverses.resize(self.factors.len(), Vec::new());
         let columns = &mut self.columns;
-        for (factor, inverse) in self.factors.iter().zip(&mut self.inverses) {
+        for (factor, inverse) in self.factors[..self.n_factors].iter().zip(&mut self.inverses) {
             columns.clear();
             columns.resize(self.n_samples * n_touched, 0.0);
             for (idx, sample) in self.touched.iter().enumerate() {
@@ -399,10 +431,14 @@ impl System {
     }
 
     /// `deltaᵀ H delta` of what is not in rows, without damping.
-    pub(crate) fn bend_beside_rows(&self, state: &MotionState, delta: &[f64]) -> f64 {
-        let mut product = vec![0.0; delta.len()];
+    pub(crate) fn bend_beside_rows(&mut self, state: &MotionState, delta: &[f64]) -> f64 {
+        let mut product = std::mem::take(&mut self.guess);
+        product.clear();
+        product.resize(delta.len(), 0.0);
         self.add_product_beside_rows(state, 0.0, delta, &mut product);
-        dot(delta, &product)
+        let bend = dot(delta, &product);
+        self.guess = product;
+        bend
     }
 }
 
@@ -418,7 +454,8 @@ mod tests {
         let is_open: Vec<usize> = (0..size).filter(|idx| open[*idx]).collect();
         let product = |x: &[f64]| {
             let mut out = vec![0.0; size];
-            system.add_model_product(&case.state, &case.state.rows, damping, x, &mut out);
+            let memory = &mut Vec::new();
+            system.add_model_product(&case.state, &case.state.rows, damping, x, memory, &mut out);
             out
         };
         let column = |idx: usize| {
@@ -482,7 +519,7 @@ mod tests {
             // Conjugate gradients stop early: what counts is how much of the model's gain they have.
             let model = |step: &[f64]| {
                 let mut product = vec![0.0; size];
-                system.add_model_product(state, rows, damping, step, &mut product);
+                system.add_model_product(state, rows, damping, step, &mut Vec::new(), &mut product);
                 let mut gradient = state.gradient.clone();
                 rows.add_transposed(&rows.residual, &mut gradient);
                 dot(&product, step) + 2.0 * dot(&gradient, step)

@@ -114,6 +114,11 @@ impl Timeline {
     pub fn times(&self) -> Vec<f64> {
         (0..self.n_samples).map(|sample| self.time(sample)).collect()
     }
+
+    /// Whether these are the times of all samples.
+    pub(crate) fn are_times(&self, secs: &[f64]) -> bool {
+        secs.len() == self.n_samples && secs.iter().enumerate().all(|(t, secs)| *secs == self.time(t))
+    }
 }
 
 #[cfg(test)]

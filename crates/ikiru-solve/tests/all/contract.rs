@@ -8,8 +8,8 @@ use glam::DVec3;
 use ikiru_rig::{Clip, JointId, JointMotion, Pose};
 use ikiru_solve::objectives::Position;
 use ikiru_solve::{
-    AdamOptions, CheckError, Invalid, Method, MotionProblem, MotionWorkspace, Objective, Part, Problem,
-    Reads, Rows, Search, Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, When,
+    AdamOptions, CheckError, Invalid, InvalidTerm, Method, MotionProblem, MotionWorkspace, Objective, Part,
+    Problem, Reads, Rows, Search, Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, When,
     check_jacobian,
 };
 use ikiru_testkit::allocations;
@@ -121,7 +121,7 @@ fn a_potential_pulls_to_its_least_value_in_poses_and_motions() {
     let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 4.0).unwrap());
     motion.add(2.0, When::Throughout, valley).unwrap();
     let guess = Clip::still(random_pose(&rig, &mut Random::new(2)));
-    let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default());
+    let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
     assert!(planned.clip.poses().iter().all(is_there), "{:?}", planned.report);
 }
 
@@ -256,8 +256,8 @@ fn an_objective_that_gives_up_ends_the_solve_and_is_named() {
             (report.stop, report.invalid, before, after)
         };
         let expected = |invalid: Option<Invalid>| {
-            let Some(Invalid::Term(1, unfit)) = invalid else { panic!("{invalid:?}") };
-            assert!(unfit.reason == "has had enough" || unfit.reason.starts_with("opened more rows"));
+            let Some(Invalid::Term(1, InvalidTerm::GaveUp(reason))) = invalid else { panic!("{invalid:?}") };
+            assert!(reason == "has had enough" || reason.starts_with("opened more rows"));
         };
         // From the first evaluation on: nothing is touched.
         let (stop, invalid, before, after) = solve(0);
@@ -274,7 +274,7 @@ fn an_objective_that_gives_up_ends_the_solve_and_is_named() {
     let tires = Tires { inner: Position::new(tip, far), left, opens_too_many: false };
     motion.add(1.0, When::Throughout, tires).unwrap();
     let guess = Clip::still(rig.rest_pose());
-    let report = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).report;
+    let report = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned().report;
     assert_eq!(report.stop, StopReason::ObjectiveFailed);
     assert!(matches!(report.invalid, Some(Invalid::Term(0, _))));
 }

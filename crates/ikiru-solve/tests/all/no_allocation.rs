@@ -1,12 +1,15 @@
 //! A warm solve does not allocate: every allocation of this process is counted.
 
 use glam::{DQuat, DVec3};
-use ikiru_rig::{Frame, JointId, JointMotion, Rig, Scalar};
+use ikiru_rig::{Clip, Frame, JointId, JointMotion, Rig, Scalar};
 use ikiru_solve::objectives::{
     Bound, Direction, Distance, JointAngles, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget,
     Position, RelativePose, RestPose,
 };
-use ikiru_solve::{AdamOptions, Method, Problem, Residual, Search, Solver, SolverOptions};
+use ikiru_solve::{
+    AdamOptions, Method, MotionProblem, MotionWorkspace, Problem, Residual, Search, Solver, SolverOptions,
+    Timeline, When,
+};
 use ikiru_testkit::allocations::count;
 use ikiru_testkit::rigs::{Random, random_rig};
 
@@ -106,6 +109,51 @@ fn nor_does_it_with_hard_rows_that_come_in_and_give_way() {
                     });
                     assert_eq!(n, 0, "case {number}, {method:?}, {search:?}");
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn nor_does_a_second_plan_of_a_motion_of_the_same_shape() {
+    let mut random = Random::new(7);
+    for case in 0..8 {
+        let rig = random_rig(12, case);
+        let tip = JointId::from_index(rig.n_joints() - 1);
+        let timeline = Timeline::seconds(1.0, if case % 2 == 0 { 8.0 } else { 30.0 }).unwrap();
+        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        let reach = motion.add(1.0, When::End, Position::new(tip, DVec3::ONE)).unwrap();
+        let led = JointId::from_index(rig.n_joints() / 2);
+        // With targets at all samples there are too many rows to solve over.
+        motion.add_moving(0.3, When::Throughout, |secs| Position::new(led, DVec3::X * secs)).unwrap();
+        let joints: Vec<JointId> = motion.terms().active().collect();
+        motion.add(0.01, When::Throughout, RestPose::new(&joints, rig.rest_pose())).unwrap();
+        let ahead = Distance::new([tip, led], Bound::AtLeast(0.1));
+        let hard = motion.add(1.0, When::At(0.5), ahead).unwrap();
+        motion.term_mut(hard).hard = case % 3 == 0;
+        motion.set_even_spacing(if case % 4 == 1 { 0.1 } else { 0.0 }).unwrap();
+        motion.fix_start(&rig.rest_pose()).unwrap();
+        let guess = Clip::still(rig.rest_pose());
+        for method in [Method::Lm, Method::Adam(AdamOptions::DEFAULT)] {
+            for search in [Search::Local, Search::Global { max_restarts: 2 }] {
+                let options = SolverOptions { method, search, max_iterations: 12, ..Default::default() };
+                let solver = Solver::new(options);
+                let mut workspace = MotionWorkspace::default();
+                // What holds where differs from plan to plan: room for it is found in the first few.
+                for _ in 0..3 {
+                    motion[reach].target = random.vector(0.5);
+                    solver.plan(&motion, &guess, &mut workspace);
+                }
+                solver.plan(&motion, &guess, &mut workspace);
+                let n = count(|| {
+                    let planned = solver.plan(&motion, &guess, &mut workspace);
+                    assert!(planned.report.cost.is_finite());
+                });
+                assert_eq!(n, 0, "case {case}, {method:?}, {search:?}");
+                // What a workspace has seen before has no say.
+                let used = solver.plan(&motion, &guess, &mut workspace).into_owned();
+                let fresh = solver.plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
+                assert_eq!((used.clip, used.report), (fresh.clip, fresh.report), "case {case}, {method:?}");
             }
         }
     }

@@ -36,10 +36,10 @@ fn limit(joint: JointId, part: RatePart, rate: Rate, most: f64) -> RateLimit {
     RateLimit { joint, part, rate, most }
 }
 
-fn plan(motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
+fn plan(motion: &MotionProblem, guess: &Pose) -> PlannedMotion<'static> {
     let still = Clip::still(guess.clone());
     let solver = Solver::new(SolverOptions { max_iterations: 200, ..SolverOptions::default() });
-    solver.plan(motion, &still, &mut MotionWorkspace::default())
+    solver.plan(motion, &still, &mut MotionWorkspace::default()).into_owned()
 }
 
 /// The largest speed and acceleration of a joint, by differences of poses on the curve.
@@ -112,7 +112,7 @@ fn a_budget_that_has_run_out_leaves_what_is_known_to_keep_the_limits() {
     // A guess that meets the target far too fast.
     let guess = Clip::new("", vec![0.0, 1.0], vec![turned(0.0), turned(2.9)]).unwrap();
     let solver = Solver::new(SolverOptions { max_time: Some(Duration::ZERO), ..SolverOptions::default() });
-    let planned = solver.plan(&motion, &guess, &mut MotionWorkspace::default());
+    let planned = solver.plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
     assert_eq!((planned.report.stop, planned.report.iterations), (StopReason::TimeBudget, 0));
     assert!(planned.report.exceeded.is_empty() && !planned.report.success);
     assert!(measured(&planned.clip, joint, RatePart::Rotation).0 <= 1.0);
@@ -240,7 +240,7 @@ fn limits_that_mean_nothing_are_refused() {
     motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 1.0)]).unwrap();
     let still = Clip::still(rig.rest_pose());
     let options = SolverOptions { method: Method::Adam(AdamOptions::default()), ..SolverOptions::default() };
-    let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default());
+    let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default()).into_owned();
     assert_eq!(planned.report.stop, StopReason::InvalidInput);
     assert!(matches!(planned.report.invalid, Some(Invalid::Options(_))));
 }
@@ -299,14 +299,17 @@ fn a_free_duration_takes_as_long_as_the_limits_ask_for() {
         &planned.report.terms[motion.terms().position(near).unwrap()],
         &planned.report.terms[motion.terms().position(far).unwrap()],
     );
-    assert_eq!(far.to_secs, *planned.clip.times().last().unwrap());
-    assert!(planned.clip.times().contains(&near.from_secs));
+    assert_eq!(far.times.unwrap().to_secs, *planned.clip.times().last().unwrap());
+    assert!(planned.clip.times().contains(&near.times.unwrap().from_secs));
     // What was slow enough keeps its tempo: the fast part lies behind the first key.
-    assert!((near.from_secs - 3.0).abs() < 0.35 && far.to_secs > 4.8, "{near:?} {far:?}");
+    assert!(
+        (near.times.unwrap().from_secs - 3.0).abs() < 0.35 && far.times.unwrap().to_secs > 4.8,
+        "{near:?} {far:?}"
+    );
     // Adam plans as if there were no limits, so that it knows free durations too.
     let still = Clip::still(rig.rest_pose());
     let options = SolverOptions { method: Method::Adam(AdamOptions::default()), ..SolverOptions::default() };
-    let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default());
+    let planned = Solver::new(options).plan(&motion, &still, &mut MotionWorkspace::default()).into_owned();
     assert!(planned.report.exceeded.is_empty() && planned.report.invalid.is_none());
 }
 

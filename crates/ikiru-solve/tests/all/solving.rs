@@ -193,7 +193,7 @@ fn an_unreachable_target_names_what_is_in_the_way() {
     let report = solver.solve(&problem, &mut pose, &mut workspace);
     assert!(!report.success && report.stop == StopReason::Converged);
     assert!((report.terms[0].residual - 1.45).abs() < 1e-6, "stretched out");
-    let [reach] = report.forces else { panic!("{:?}", report.forces) };
+    let [reach] = report.forces[..] else { panic!("{:?}", report.forces) };
     assert_eq!((reach.on, reach.by, reach.share), (Some(0), ForceBy::Reach { is_proven: true }, 1.0));
     assert!((reach.amount - 1.45).abs() < 1e-12 && reach.unit == Unit::Metres);
 
@@ -203,7 +203,7 @@ fn an_unreachable_target_names_what_is_in_the_way() {
     let mut pose = rig.rest_pose();
     let mut workspace = solver.workspace(&problem);
     let report = solver.solve(&problem, &mut pose, &mut workspace);
-    let [limit] = report.forces else { panic!("{:?}", report.forces) };
+    let [limit] = report.forces[..] else { panic!("{:?}", report.forces) };
     assert_eq!((limit.on, limit.by), (Some(0), ForceBy::Limit { joint: elbow, kind: LimitKind::Value }));
     assert_eq!(pose.value(elbow), Some(0.0));
 
@@ -214,7 +214,7 @@ fn an_unreachable_target_names_what_is_in_the_way() {
     let mut pose = rig.rest_pose();
     let mut workspace = solver.workspace(&problem);
     let report = solver.solve(&problem, &mut pose, &mut workspace);
-    let [a, b] = report.forces else { panic!("{:?}", report.forces) };
+    let [a, b] = report.forces[..] else { panic!("{:?}", report.forces) };
     assert_eq!((a.on, a.by, b.on, b.by), (Some(0), ForceBy::Term(1), Some(1), ForceBy::Term(0)));
 }
 

@@ -5,8 +5,8 @@ use glam::{DQuat, DVec3};
 use ikiru_rig::{Clip, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Bound, Coupling, Distance, JointAngles, KnownRotation, Position, RestPose};
 use ikiru_solve::{
-    Invalid, MOST_PARTS, MotionProblem, MotionWorkspace, Objective, Part, Problem, Reads, Rows, Search,
-    Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, When,
+    Invalid, InvalidTerm, MOST_PARTS, MotionProblem, MotionWorkspace, Objective, Part, Problem, Reads, Rows,
+    Search, Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, When,
 };
 
 /// One joint that moves, and a tip one metre along x.
@@ -108,12 +108,15 @@ fn of_a_motion_the_least_that_is_left_is_told() {
         )
         .unwrap();
     let still = Clip::still(rig.rest_pose());
-    let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default());
+    let planned = Solver::default().plan(&motion, &still, &mut MotionWorkspace::default()).into_owned();
     let term = planned.report.terms[3];
     let lowest =
         planned.clip.poses().iter().map(|pose| pose.value(joint).unwrap()).fold(f64::INFINITY, f64::min);
     assert!((lowest - 0.25).abs() < 1e-3, "{lowest}");
-    assert!((term.least.unwrap() - lowest).abs() < 1e-12 && term.worst_secs == 1.0, "{term:?}");
+    assert!(
+        (term.least.unwrap() - lowest).abs() < 1e-12 && term.times.unwrap().worst_secs == 1.0,
+        "{term:?}"
+    );
     assert_eq!((term.residual, planned.report.terms[0].least), (0.0, None));
 }
 
@@ -125,7 +128,9 @@ fn angles_that_do_not_fit_a_joint_are_refused_with_the_reason() {
         let mut workspace = Solver::default().workspace(problem);
         let report = Solver::default().solve(problem, &mut pose, &mut workspace);
         assert_eq!((report.stop, pose), (StopReason::InvalidInput, rig.rest_pose()));
-        let Some(Invalid::Term(0, unfit)) = report.invalid else { panic!("{:?}", report.invalid) };
+        let Some(Invalid::Term(0, InvalidTerm::Unfit(unfit))) = report.invalid else {
+            panic!("{:?}", report.invalid)
+        };
         unfit
     };
     for (misfit, angles) in [(joint, JointAngles::Value(0.1)), (tip, JointAngles::Rotation(DQuat::IDENTITY))]

@@ -161,7 +161,7 @@ fn a_term_of_a_motion_that_is_off_costs_nothing_and_is_still_reported() {
             motion.term_mut(id).is_on = is_on;
         }
         let guess = Clip::still(rig.rest_pose());
-        Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default())
+        Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned()
     };
     let (without, off, on) = (plan(false, false), plan(true, false), plan(true, true));
     let coords = |plan: &ikiru_solve::PlannedMotion| -> Vec<f64> {

@@ -27,8 +27,8 @@ pub fn still(pose: &Pose) -> Clip {
     Clip::still(pose.clone())
 }
 
-pub fn plan(options: SolverOptions, motion: &MotionProblem, guess: &Pose) -> PlannedMotion {
-    Solver::new(options).plan(motion, &still(guess), &mut MotionWorkspace::default())
+pub fn plan(options: SolverOptions, motion: &MotionProblem, guess: &Pose) -> PlannedMotion<'static> {
+    Solver::new(options).plan(motion, &still(guess), &mut MotionWorkspace::default()).into_owned()
 }
 
 pub fn place(pose: &Pose, joint: JointId) -> DVec3 {
