@@ -1,10 +1,11 @@
-//! The project's own chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask page`, `cargo xtask fuzz`.
+//! The project's own chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask page`, `cargo xtask api`, `cargo xtask fuzz`.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
     reason = "a command for developers: it talks by printing"
 )]
 
+mod api;
 mod cargo;
 mod deny;
 mod features;
@@ -29,15 +30,20 @@ Commands:
   tidy   the project's own rules: file heads and sizes, code map, dependency order, reasons,
          names of types, licences, words
   page   writes docs/scenario.md anew, from the tables by which scenarios are read
+  api    writes what the published crates show to users into docs/api, where `test` compares it
   fuzz   [TARGET] [--secs N] [--runs N]: cargo-fuzz on one reader, or on all in turn, 60 s each by default
 ";
 
 fn main() -> ExitCode {
+    if let Some(rustdoc) = std::env::var_os(api::STANDS_IN_FOR) {
+        return api::stand_in(&rustdoc);
+    }
     let args: Vec<String> = std::env::args().skip(1).collect();
     let outcome = match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => root().and_then(|root| test::run(&root)),
         ["tidy"] => root().and_then(|root| tidy::run(&root)),
         ["page"] => root().and_then(|root| write_page(&root)),
+        ["api"] => root().and_then(|root| api::renew(&root)),
         ["fuzz", ref args @ ..] => match fuzz::Plan::parse(args) {
             Ok(plan) => root().and_then(|root| fuzz::run(&root, &plan)),
             Err(error) => {
@@ -50,7 +56,7 @@ fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         _ => {
-            eprintln!("xtask: no command `{}`, expected one of: test, tidy, page, fuzz", args.join(" "));
+            eprintln!("xtask: no command `{}`, expected one of: test, tidy, page, api, fuzz", args.join(" "));
             return ExitCode::from(2);
         }
     };

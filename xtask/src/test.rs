@@ -7,14 +7,14 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 
 use crate::cargo::{self, Target};
-use crate::{deny, features, ipopt, package, tidy};
+use crate::{api, deny, features, ipopt, package, tidy};
 
 /// A step: its name and what it does in the project's root.
 type Step = (&'static str, fn(&Path) -> Result<()>);
 
 /// The cheap ones first, so that a slip shows within seconds. What is compiled is compiled once: all tests and examples
 /// in one go with every feature, and checks of other features share what they have in common with the lints.
-const STEPS: [Step; 12] = [
+const STEPS: [Step; 13] = [
     ("components", cargo::require_components),
     ("format", |root| cargo::run(root, &["fmt", "--all", "--check"])),
     ("tidy", tidy::run),
@@ -28,6 +28,7 @@ const STEPS: [Step; 12] = [
     ("left out", left_out),
     ("features", features::run),
     ("docs", docs),
+    ("interfaces", api::check),
     ("package", package::run),
 ];
 
