@@ -3,3 +3,4 @@
 #[cfg(all(feature = "builtin", feature = "scenario"))]
 mod objectives;
 mod pages;
+mod threads;
