@@ -238,6 +238,9 @@ impl<const ANY: bool> Hard<ANY> {
 
     #[inline(always)]
     fn accept(&mut self, violation: f64) {
+        if !ANY {
+            return;
+        }
         (self.violation, self.share) = (violation, (2.0 * self.share).min(1.0));
         self.weight *= FORGET;
     }

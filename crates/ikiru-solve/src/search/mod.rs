@@ -103,7 +103,7 @@ impl Searcher {
             return (best, restarts);
         }
         model.set_coords(&self.best);
-        let cost = model.evaluate();
+        let cost = model.differentiate();
         best.is_evaluated = true;
         if !best.stop.is_final() {
             // Starts were given up while others waited: the best of them is now followed to its end.
@@ -136,7 +136,7 @@ impl Searcher {
         }
         if last + 1 < SCREENED {
             model.set_coords(&self.screened);
-            cost_of_best = model.evaluate();
+            cost_of_best = model.differentiate();
         }
         cost_of_best
     }
