@@ -5,6 +5,7 @@ mod catch_all;
 mod code;
 mod defaults;
 mod dependencies;
+mod floors;
 mod foreign;
 mod kinds;
 mod project;
@@ -79,6 +80,7 @@ fn check(project: &Project) -> Result<Vec<Finding>> {
         type_names::check,
         catch_all::check,
         defaults::check,
+        floors::check,
         kinds::check,
         words::check,
     ];

@@ -187,6 +187,16 @@ impl JointMotion {
         }
     }
 
+    /// How many of those, the first ones, move along an axis rather than turning about it.
+    #[must_use]
+    pub fn n_translations(&self) -> usize {
+        match self {
+            Self::Slider { .. } => 1,
+            Self::Free { .. } => 3,
+            Self::Fixed | Self::Hinge { .. } | Self::Euler { .. } | Self::Ball { .. } => 0,
+        }
+    }
+
     /// One lower-case word: `fixed`, `hinge`, `slider`, `euler`, `ball` or `free`.
     #[must_use]
     pub fn name(&self) -> &'static str {

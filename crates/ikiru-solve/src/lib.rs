@@ -8,48 +8,45 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-mod check;
-mod explain;
-mod force;
-mod gradient;
-mod invalid;
-mod lanes;
-mod layout;
-mod method;
-mod model;
-mod motion;
-mod objective;
-mod options;
-mod problem;
-mod report;
-mod residual;
-mod search;
-mod solver;
-mod solvers;
-mod state;
-mod term;
-mod watch;
+// In the order of dependency: none imports from one below it.
 mod words;
+
+mod objective;
 
 pub mod objectives;
 
-pub use check::{CheckError, check_jacobian};
-pub use force::{Force, ForceBy, Hint, LimitKind};
-pub use invalid::{Invalid, InvalidOptions, InvalidPose, InvalidTerm};
-pub use lanes::LaneScratch;
-pub use motion::{
-    MotionError, MotionProblem, MotionWorkspace, PlannedMotion, TargetPath, TargetPathError, Timeline,
-    TimelineError, When,
-};
+mod problem;
+
+mod layout;
+
+mod algebra;
+
+mod state;
+
+mod step;
+
+mod model;
+
+mod method;
+
+mod search;
+
+mod report;
+
+mod front;
+
+pub use front::check::{CheckError, check_jacobian};
+pub use front::planner::{MotionWorkspace, PlannedMotion};
+pub use front::solver::{Solver, Workspace};
 pub use objective::{
-    JointCoords, MOST_EARLIER, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Rows, TermReads, Unfit,
-    View,
+    JointCoords, LaneScratch, MOST_EARLIER, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Residual,
+    Rows, TermReads, Unfit, View,
 };
-pub use options::{AdamOptions, Method, Search, SolverOptions};
-pub use problem::Problem;
-pub use report::{PartReport, PartReports, Report, StopReason, TermReport, TermTimes};
-pub use residual::Residual;
-pub use solver::{Solver, Workspace};
-pub use term::{Term, TermId, Tolerance};
-pub use watch::{Progress, Watch};
-pub use words::{Loss, Sense, Unit};
+pub use problem::{
+    MotionError, MotionProblem, Problem, TargetPath, TargetPathError, Term, TermId, Timeline, TimelineError,
+    Tolerance, When,
+};
+pub use report::force::{Force, ForceBy, Hint, LimitKind};
+pub use report::invalid::{Invalid, InvalidOptions, InvalidPose, InvalidTerm};
+pub use report::{PartReport, PartReports, Report, TermReport, TermTimes};
+pub use words::{AdamOptions, Loss, Method, Progress, Search, Sense, SolverOptions, StopReason, Unit, Watch};

@@ -28,7 +28,7 @@ const SHARED: [(&str, &[&str]); 6] = [
             "ikiru-eval/src/motions/report.rs",
             "ikiru-eval/src/paper/report.rs",
             "ikiru-eval/src/robots.rs",
-            "ikiru-solve/src/report.rs",
+            "ikiru-solve/src/report/mod.rs",
         ],
     ),
     ("Row", &["ikiru-eval/src/motions/row.rs", "ikiru-eval/src/paper/run.rs", "ikiru-eval/src/robots.rs"]),

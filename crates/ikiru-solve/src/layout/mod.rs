@@ -11,11 +11,10 @@ use crate::objective::{TermReads, Unfit};
 use crate::problem::Problem;
 use crate::words::Sense;
 
-mod parts;
 mod signature;
 
-pub(crate) use parts::{JointRead, PartLayout, Place, Run, TermLayout};
-pub(crate) use signature::{Signature, check_objective};
+pub(crate) use crate::objective::places::{JointRead, PartLayout, Place, Run, TermLayout};
+pub(crate) use signature::Signature;
 
 /// No parent in the reduced tree.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -62,7 +61,7 @@ pub(crate) struct Mover {
 impl Mover {
     /// Whether its `k`-th degree of freedom moves along an axis rather than turning about it.
     pub(crate) fn is_translation(&self, k: usize) -> bool {
-        k < n_translations(&self.motion)
+        k < self.motion.n_translations()
     }
 }
 
@@ -472,18 +471,6 @@ impl Layout {
             to[m.pose_coord..m.pose_coord + m.n_coords]
                 .copy_from_slice(&coords[m.coord..m.coord + m.n_coords]);
         }
-    }
-}
-
-/// How many degrees of freedom of a motion, the first ones, move along an axis rather than turning about it.
-pub(crate) fn n_translations(motion: &JointMotion) -> usize {
-    match motion {
-        JointMotion::Slider { .. } => 1,
-        JointMotion::Free { .. } => 3,
-        JointMotion::Fixed
-        | JointMotion::Hinge { .. }
-        | JointMotion::Euler { .. }
-        | JointMotion::Ball { .. } => 0,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use ikiru_rig::{JointId, Rig};
 
-use crate::objective::{Objective, Reads, TermReads, Unfit};
+use crate::objective::{TermReads, Unfit, check_objective};
 use crate::problem::Problem;
 
 /// What a layout was made for. Solves compare it, so that a changed problem is laid out anew.
@@ -70,14 +70,4 @@ impl Signature {
         let (rig, active) = (Some(problem.rig().clone()), problem.active_flags().to_vec());
         Ok(Self { rig, active, others: others.to_vec(), terms, now })
     }
-}
-
-/// Whether an objective's numbers are usable, and what it reads of a rig.
-pub(crate) fn check_objective(
-    rig: &Rig,
-    objective: &dyn Objective,
-    reads: &mut TermReads,
-) -> Result<(), Unfit> {
-    objective.check()?;
-    objective.reads(&mut Reads::new(rig, reads))
 }

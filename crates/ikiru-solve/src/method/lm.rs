@@ -1,9 +1,9 @@
 //! Bounded Levenberg–Marquardt: Gauss–Newton on reweighted residuals, damped by the gain ratio, inside the
 //! limits at every iterate.
 
+use crate::method::{Bar, Budget, Outcome};
 use crate::model::{Effort, Model};
-use crate::report::StopReason;
-use crate::search::{Bar, Budget, Outcome};
+use crate::words::StopReason;
 
 /// By how much a rejected step makes the damping grow; by twice as much each time.
 const GROWTH: f64 = 4.0;

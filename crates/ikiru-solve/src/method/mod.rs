@@ -1,7 +1,20 @@
 //! Methods that improve a single start of any model; the baselines know poses alone.
 
 pub(crate) mod adam;
+mod bar;
+mod budget;
+pub(crate) mod ccd;
+pub(crate) mod fabrik;
+#[cfg(feature = "ipopt")]
+pub(crate) mod ipopt;
+pub(crate) mod limited;
 pub(crate) mod lm;
+mod outcome;
+mod turn;
+
+pub(crate) use bar::Bar;
+pub(crate) use budget::Budget;
+pub(crate) use outcome::{HELD, Outcome};
 
 use adam::Adam;
 use lm::Lm;

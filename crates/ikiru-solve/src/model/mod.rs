@@ -7,13 +7,9 @@ mod pose;
 mod rules;
 mod trajectory;
 
-pub(crate) use pose::{PoseMemory, PoseModel};
+pub(crate) use pose::PoseModel;
 pub(crate) use rules::{Effort, Rules};
 pub(crate) use trajectory::{Trajectory, TrajectoryMemory};
-
-use crate::method::Methods;
-use crate::options::Method;
-use crate::search::{Bar, Budget, Outcome};
 
 /// Coordinates inside limits, with a cost that steps bring down. Limits hold wherever it is moved to.
 pub(crate) trait Model {
@@ -97,20 +93,4 @@ pub(crate) trait Model {
     /// Solves the step once more, for the residuals at the coordinates that it led to, less what the linear model
     /// says of them (a second-order correction). False where there is nothing to correct.
     fn correct(&mut self, damping: f64) -> bool;
-
-    /// Other coordinates to start from, by number.
-    fn seed(&mut self, number: usize, start: &[f64]);
-
-    /// At most so many restarts are worth it after what came of the start.
-    fn most_restarts(&self, wanted: usize) -> usize;
-
-    /// Improves the coordinates, whose cost is `cost` and which were evaluated last, by a method.
-    fn improve(
-        &mut self,
-        method: &Method,
-        methods: &mut Methods,
-        cost: f64,
-        bar: &Bar,
-        budget: &mut Budget<'_>,
-    ) -> Outcome;
 }

@@ -1,53 +1,21 @@
 //! A pose as a model: what moves of it is in the coordinates of its state.
 
-use crate::gradient::whole_gradient;
 use crate::layout::Layout;
-use crate::method::Methods;
-use crate::model::{Effort, Model, Rules};
-use crate::options::Method;
+use crate::model::{Model, Rules};
 use crate::problem::Problem;
-use crate::search::seeds::Seeds;
-use crate::search::{Bar, Budget, Outcome};
-use crate::solvers::ccd::Ccd;
-use crate::solvers::fabrik::Fabrik;
-#[cfg(feature = "ipopt")]
-use crate::solvers::ipopt::Ipopt;
-use crate::solvers::step::StepSolver;
 use crate::state::State;
+use crate::state::gradient::whole_gradient;
+use crate::step::pose::StepSolver;
 
 /// The largest force of a hard row, in units of the largest squared column of the Jacobian times a metre or radian.
 const MOST_FORCE: f64 = 1e5;
-
-/// Memory for steps of a pose, and of the methods that know poses alone.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct PoseMemory {
-    step: StepSolver,
-    ccd: Ccd,
-    fabrik: Fabrik,
-    #[cfg(feature = "ipopt")]
-    ipopt: Ipopt,
-    seeds: Seeds,
-}
-
-impl PoseMemory {
-    pub(crate) fn new(layout: &Layout) -> Self {
-        Self {
-            step: StepSolver::new(layout),
-            ccd: Ccd::new(layout),
-            fabrik: Fabrik::new(layout),
-            #[cfg(feature = "ipopt")]
-            ipopt: Ipopt::new(layout),
-            seeds: Seeds::new(layout),
-        }
-    }
-}
 
 /// The pose of a state, with the terms of a problem.
 pub(crate) struct PoseModel<'a> {
     pub(crate) layout: &'a Layout,
     pub(crate) problem: &'a Problem,
     pub(crate) state: &'a mut State,
-    pub(crate) memory: &'a mut PoseMemory,
+    pub(crate) step: &'a mut StepSolver,
 }
 
 impl Model for PoseModel<'_> {
@@ -118,12 +86,12 @@ impl Model for PoseModel<'_> {
     }
 
     fn forget_forces(&mut self) {
-        self.memory.step.forces.forget();
+        self.step.forces.forget();
     }
 
     #[inline(always)]
     fn begin(&mut self) -> f64 {
-        self.memory.step.begin(self.layout, self.state, self.problem)
+        self.step.begin(self.layout, self.state, self.problem)
     }
 
     #[inline(always)]
@@ -133,37 +101,37 @@ impl Model for PoseModel<'_> {
 
     #[inline(always)]
     fn scale(&mut self) -> f64 {
-        let scale = self.memory.step.scale(self.layout, self.state);
-        self.memory.step.forces.most = MOST_FORCE * scale;
+        let scale = self.step.scale(self.layout, self.state);
+        self.step.forces.most = MOST_FORCE * scale;
         scale
     }
 
     fn aim(&mut self, share: f64) {
-        self.memory.step.forces.aim(share);
+        self.step.forces.aim(share);
     }
 
     #[inline(always)]
     fn solve(&mut self, damping: f64) -> bool {
-        self.memory.step.solve(self.layout, self.state, damping)
+        self.step.solve(self.layout, self.state, damping)
     }
 
     fn largest_force(&self) -> f64 {
-        self.memory.step.forces.largest_hard()
+        self.step.forces.largest_hard()
     }
 
     #[inline(always)]
     fn promised(&mut self) -> (f64, f64) {
-        self.memory.step.predicted(self.layout, self.state, self.problem)
+        self.step.predicted(self.layout, self.state, self.problem)
     }
 
     #[inline(always)]
     fn longest(&self) -> f64 {
-        self.memory.step.tangent.iter().fold(0.0_f64, |a, d| a.max(d.abs()))
+        self.step.tangent.iter().fold(0.0_f64, |a, d| a.max(d.abs()))
     }
 
     #[inline(always)]
     fn advance(&mut self, from: &[f64]) {
-        self.state.step(self.layout, from, &self.memory.step.tangent);
+        self.state.step(self.layout, from, &self.step.tangent);
     }
 
     fn advance_by(&mut self, from: &[f64], tangent: &[f64]) {
@@ -171,33 +139,6 @@ impl Model for PoseModel<'_> {
     }
 
     fn correct(&mut self, damping: f64) -> bool {
-        self.may_have_forces() && self.memory.step.correct(self.layout, self.state, damping)
-    }
-
-    fn seed(&mut self, number: usize, start: &[f64]) {
-        self.memory.seeds.write(self.layout, number, start, &mut self.state.coords);
-    }
-
-    fn most_restarts(&self, wanted: usize) -> usize {
-        wanted
-    }
-
-    fn improve(
-        &mut self,
-        method: &Method,
-        methods: &mut Methods,
-        cost: f64,
-        bar: &Bar,
-        budget: &mut Budget<'_>,
-    ) -> Outcome {
-        let Self { layout, problem, state, memory } = self;
-        match method {
-            Method::Ccd => memory.ccd.run(layout, problem, state, cost, bar, budget),
-            Method::Fabrik => memory.fabrik.run(layout, problem, state, cost, bar, budget),
-            #[cfg(feature = "ipopt")]
-            Method::Ipopt => memory.ipopt.run(layout, problem, state, cost, bar, budget),
-            Method::Lm => methods.lm.run(self, cost, bar, budget, &mut { Effort::FULL }),
-            Method::Adam(options) => methods.adam.run(options, self, cost, bar, budget),
-        }
+        self.may_have_forces() && self.step.correct(self.layout, self.state, damping)
     }
 }

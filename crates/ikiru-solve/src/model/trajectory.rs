@@ -3,23 +3,11 @@
 use ikiru_rig::Clip;
 
 use crate::layout::Layout;
-use crate::method::Methods;
-use crate::method::lm::Lm;
-use crate::model::{Effort, Model, Rules};
-use crate::motion::limited::run_limited;
-use crate::motion::problem::MotionProblem;
-use crate::motion::state::MotionState;
-use crate::motion::step::MotionStep;
-use crate::options::Method;
-use crate::search::seeds::Seeds;
-use crate::search::{Bar, Budget, Outcome};
-
-/// Most restarts of a motion that limits on rates keep from what it reaches without them.
-const MOST_RATE_BOUND: usize = 2;
-/// How exactly a motion is solved without even spacing before it is with it.
-const LEAST_GAIN_UNSPACED: f64 = 1e-4;
-/// Keys beside each other in the sequence of starts are so many poses apart.
-const SEEDS_APART: usize = 17;
+use crate::model::{Model, Rules};
+use crate::problem::motion::MotionProblem;
+use crate::problem::term::Term;
+use crate::state::motion::MotionState;
+use crate::step::motion::MotionStep;
 
 /// Memory for steps of a trajectory.
 #[derive(Clone, Debug, Default)]
@@ -27,9 +15,6 @@ pub(crate) struct TrajectoryMemory {
     step: MotionStep,
     residual: Vec<f64>,
     guards: Vec<f64>,
-    seeds: Seeds,
-    /// Samples between which a start goes straight.
-    anchors: Vec<usize>,
     /// Tangents of a way from one motion to another.
     pub(crate) way: Vec<f64>,
     /// Coordinates of motions on the way back to limits on rates.
@@ -40,7 +25,7 @@ pub(crate) struct TrajectoryMemory {
 
 impl TrajectoryMemory {
     pub(crate) fn new(layout: &Layout) -> Self {
-        Self { step: MotionStep::new(layout), seeds: Seeds::new(layout), ..Self::default() }
+        Self { step: MotionStep::new(layout), ..Self::default() }
     }
 
     /// Takes over the shape of a motion of the same layout.
@@ -71,34 +56,6 @@ impl Trajectory<'_> {
                 self.state.store(self.layout, t, coords);
             }
         }
-    }
-
-    /// Improves the motion, whose cost is `cost` and which was evaluated last, as if nothing limited
-    /// speed and acceleration.
-    ///
-    /// Even spacing begins from the motion as it is without: its curvature is only bounded, loosely along steps that all
-    /// grow together, so that a motion which has still everything to reach would hardly get away.
-    pub(crate) fn run_unlimited(
-        &mut self,
-        lm: &mut Lm,
-        cost: f64,
-        bar: &Bar,
-        budget: &mut Budget<'_>,
-    ) -> Outcome {
-        let (mut cost, weight) = (cost, self.state.spacing.weight);
-        if weight > 0.0 {
-            self.state.spacing.weight = 0.0;
-            let to_the_end = Bar { cost_below: None, ..*bar };
-            let mut effort = Effort { least_gain: LEAST_GAIN_UNSPACED, ..Effort::FULL };
-            let first = lm.run(self, cost, &to_the_end, budget, &mut effort);
-            self.state.spacing.weight = weight;
-            cost = self.evaluate();
-            if first.stop.is_final() {
-                return Outcome::new(cost, self.violation(), first.stop, true);
-            }
-            budget.next_start();
-        }
-        lm.run(self, cost, bar, budget, &mut { Effort::FULL })
     }
 
     /// The straight way at constant speed from the last sample of the history to a given end, or standing still.
@@ -158,7 +115,7 @@ impl Model for Trajectory<'_> {
     }
 
     fn is_satisfied(&self) -> bool {
-        self.state.is_within(self.layout, self.motion, crate::term::Term::counts)
+        self.state.is_within(self.layout, self.motion, Term::counts)
     }
 
     fn linearize(&mut self) {
@@ -240,59 +197,5 @@ impl Model for Trajectory<'_> {
         step.subtract_model(self.state, residual);
         step.correct(self.layout, self.state, damping, residual, guards);
         true
-    }
-
-    /// Other poses at the keys, and the straight way between them and what is given.
-    fn seed(&mut self, number: usize, start: &[f64]) {
-        let (layout, state) = (self.layout, &mut *self.state);
-        let TrajectoryMemory { seeds, anchors, .. } = &mut *self.memory;
-        let (nc, last) = (layout.n_coords, state.n_samples - 1);
-        state.coords.copy_from_slice(start);
-        anchors.clear();
-        anchors.extend((0..=last).filter(|t| state.is_given[*t]));
-        // Runs of keyed samples share one pose: the seed of their number.
-        let (mut n_runs, mut before) = (0, None);
-        for i in 0..state.keyed.len() {
-            let t = state.keyed[i];
-            n_runs += usize::from(before.is_none_or(|b: usize| b + 1 != t));
-            before = Some(t);
-            if !state.is_given[t] {
-                let at = t * nc..(t + 1) * nc;
-                let number = number + (n_runs - 1) * SEEDS_APART;
-                seeds.write(layout, number, &start[at.clone()], &mut state.coords[at]);
-                anchors.push(t);
-            }
-        }
-        anchors.sort_unstable();
-        anchors.dedup();
-        for pair in anchors.windows(2) {
-            state.interpolate(layout, pair[0], pair[1]);
-        }
-        // Before the first and after the last there is nowhere to go.
-        if let (Some(&first), Some(&end)) = (anchors.first(), anchors.last()) {
-            for t in (0..first).chain(end + 1..=last) {
-                let from = if t < first { first } else { end };
-                state.coords.copy_within(from * nc..(from + 1) * nc, t * nc);
-            }
-        }
-    }
-
-    fn most_restarts(&self, wanted: usize) -> usize {
-        if self.is_rate_bound { wanted.min(MOST_RATE_BOUND) } else { wanted }
-    }
-
-    fn improve(
-        &mut self,
-        method: &Method,
-        methods: &mut Methods,
-        cost: f64,
-        bar: &Bar,
-        budget: &mut Budget<'_>,
-    ) -> Outcome {
-        match method {
-            Method::Adam(options) => methods.adam.run(options, self, cost, bar, budget),
-            _ if self.motion.holds_rates() => run_limited(self, &mut methods.lm, cost, bar, budget),
-            _ => self.run_unlimited(&mut methods.lm, cost, bar, budget),
-        }
     }
 }

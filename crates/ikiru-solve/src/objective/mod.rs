@@ -3,12 +3,18 @@
 use std::fmt::Debug;
 
 use glam::DVec3;
+use ikiru_rig::Rig;
 
+pub(crate) mod lanes;
+pub(crate) mod places;
 mod reads;
+pub(crate) mod residual;
 mod rows;
 mod view;
 
+pub use lanes::LaneScratch;
 pub use reads::{MOST_EARLIER, MOST_PARTS, MOST_ROWS, Part, Reads, TermReads, Unfit};
+pub use residual::Residual;
 pub use rows::Rows;
 pub(crate) use rows::{RowMemory, Scratch};
 pub use view::{JointCoords, View};
@@ -61,4 +67,14 @@ pub trait Objective: Debug + Send + Sync + 'static {
     fn reach(&self) -> Option<Reach> {
         None
     }
+}
+
+/// Whether an objective's numbers are usable, and what it reads of a rig.
+pub(crate) fn check_objective(
+    rig: &Rig,
+    objective: &dyn Objective,
+    reads: &mut TermReads,
+) -> Result<(), Unfit> {
+    objective.check()?;
+    objective.reads(&mut Reads::new(rig, reads))
 }

@@ -2,8 +2,8 @@
 
 use ikiru_rig::{Dual, Frame};
 
-use crate::layout::{PartLayout, Place, TermLayout};
 use crate::objective::MOST_PARTS;
+use crate::objective::places::{PartLayout, Place, TermLayout};
 
 /// The derivatives of the rows of all terms, and what else these said.
 #[derive(Clone, Debug, Default)]

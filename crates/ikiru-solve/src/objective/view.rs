@@ -2,7 +2,7 @@
 
 use ikiru_rig::{Frame, JointMotion};
 
-use crate::layout::JointRead;
+use crate::objective::places::JointRead;
 
 /// A joint's own motion, as an objective sees it.
 #[derive(Clone, Copy, Debug)]

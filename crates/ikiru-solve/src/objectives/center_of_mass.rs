@@ -230,7 +230,7 @@ impl Objective for CenterOfMass {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::{check_on_whole_rigs, residual_at};
+    use crate::front::check::{check_on_whole_rigs, residual_at};
     use ikiru_rig::{Frame, JointId};
     use ikiru_testkit::rigs::Random;
 

@@ -194,7 +194,7 @@ mod tests {
     use ikiru_rig::Mimic;
 
     use super::*;
-    use crate::check::check_on_whole_rigs;
+    use crate::front::check::check_on_whole_rigs;
 
     #[test]
     fn derivatives() {

@@ -55,7 +55,7 @@ impl Objective for Direction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::check_on_random_rigs;
+    use crate::front::check::check_on_random_rigs;
 
     #[test]
     fn derivatives() {

@@ -70,7 +70,7 @@ impl Objective for Distance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::{check_on_random_rigs, residual_at};
+    use crate::front::check::{check_on_random_rigs, residual_at};
     use ikiru_rig::Frame;
 
     #[test]

@@ -160,7 +160,7 @@ pub(super) fn open_turn(target: DQuat, coords: &[f64], scale: f64, motion: usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::check_on_whole_rigs;
+    use crate::front::check::check_on_whole_rigs;
 
     #[test]
     fn derivatives() {

@@ -93,7 +93,7 @@ impl Objective for LookAt {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::{check_on_random_rigs, residual_at, told_at};
+    use crate::front::check::{check_on_random_rigs, residual_at, told_at};
 
     #[test]
     fn derivatives() {

@@ -77,7 +77,7 @@ pub(super) fn evaluate_orientation(frame: &Frame<f64>, target: DQuat, part: usiz
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::check_on_random_rigs;
+    use crate::front::check::check_on_random_rigs;
 
     #[test]
     fn derivatives() {

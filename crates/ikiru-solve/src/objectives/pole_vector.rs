@@ -4,8 +4,8 @@ use glam::DVec3;
 use ikiru_rig::{Frame, JointId, Scalar, Vec3};
 
 use crate::objective::Unfit;
+use crate::objective::residual::Residual;
 use crate::objectives::position::check_target;
-use crate::residual::Residual;
 use crate::words::Unit;
 
 /// Turns a limb about the line from its root to its end, so that its middle joint bends towards a point: an elbow
@@ -55,7 +55,7 @@ impl Residual for PoleVector {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::{check_on_whole_rigs, residual_at};
+    use crate::front::check::{check_on_whole_rigs, residual_at};
 
     fn at(points: [DVec3; 3]) -> [Frame<f64>; 3] {
         points.map(|p| Frame { origin: p.into(), ..Frame::identity() })

@@ -62,7 +62,7 @@ impl Objective for PoseTarget {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::check_on_random_rigs;
+    use crate::front::check::check_on_random_rigs;
 
     #[test]
     fn derivatives() {

@@ -78,7 +78,7 @@ pub(super) fn evaluate_position(frame: &Frame<f64>, point: DVec3, target: DVec3,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::check_on_random_rigs;
+    use crate::front::check::check_on_random_rigs;
 
     #[test]
     fn derivatives() {

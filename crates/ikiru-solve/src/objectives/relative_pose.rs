@@ -90,7 +90,7 @@ impl Objective for RelativePose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::check_on_random_rigs;
+    use crate::front::check::check_on_random_rigs;
 
     #[test]
     fn derivatives() {

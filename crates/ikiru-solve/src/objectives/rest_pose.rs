@@ -3,7 +3,6 @@
 use glam::DQuat;
 use ikiru_rig::{JointId, JointMotion, Pose, difference_joint};
 
-use crate::layout::n_translations;
 use crate::objective::{JointCoords, Objective, Part, Reads, Rows, Unfit, View};
 use crate::objectives::known_rotation::{SLIDING, TURNING, open_turn};
 use crate::words::Unit;
@@ -56,7 +55,7 @@ impl Objective for RestPose {
                 let reason = "has a pose of another rig than the problem";
                 return Err(Unfit { reason, joint: Some(joint) });
             }
-            let n_translations = n_translations(motion);
+            let n_translations = motion.n_translations();
             n_sliding += n_translations;
             n_turning += motion.n_dofs() - n_translations;
         }
@@ -104,7 +103,7 @@ impl Objective for RestPose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::check_on_whole_rigs;
+    use crate::front::check::check_on_whole_rigs;
     use ikiru_testkit::rigs::random_pose;
 
     #[test]

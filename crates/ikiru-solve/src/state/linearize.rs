@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use ikiru_rig::{Frame, JointMotion, Vec3};
 
-use crate::layout::{Layout, NONE, Node, PartLayout, Place, Run, TermLayout, n_translations};
+use crate::layout::{Layout, NONE, Node, PartLayout, Place, Run, TermLayout};
 use crate::objective::RowMemory;
 use crate::problem::Terms;
 use crate::state::{Constants, State};
@@ -144,7 +144,7 @@ impl State {
             if node.n_screws > 0 {
                 let directions = &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
                 let origin = self.frames[idx].origin;
-                let n_translations = n_translations(&node.motion);
+                let n_translations = node.motion.n_translations();
                 let Entries { first: mut at, by_row, by_dof, factor } = entries::<FORCE>(layout, run, node);
                 for [force, moment] in own {
                     let moment = *moment - origin.cross(*force);
@@ -293,7 +293,7 @@ fn walk_up<const FORCE: bool>(
             if node.n_screws > 0 {
                 let directions = &tree.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
                 let arm = p - tree.frames[at as usize].origin;
-                let n_translations = n_translations(&node.motion);
+                let n_translations = node.motion.n_translations();
                 let mut place = entries::<FORCE>(tree.layout, run, node);
                 let (threes, rest) = rows.as_chunks::<18>();
                 for rows in threes {

@@ -5,10 +5,18 @@ use ikiru_rig::{Frame, JointId, JointMotion, Pose, Vec3, kinematics, project_joi
 use crate::layout::{Layout, NONE, Node, PartLayout, TermLayout};
 use crate::objective::{Objective, RowMemory, Rows, Scratch, View};
 use crate::problem::Terms;
-use crate::term::Tolerance;
+use crate::problem::term::Tolerance;
 use crate::words::Sense;
 
+#[cfg(test)]
+pub(crate) mod cases;
+pub(crate) mod gradient;
+pub(crate) mod guards;
 mod linearize;
+pub(crate) mod motion;
+pub(crate) mod rate_bounds;
+pub(crate) mod smoothness;
+pub(crate) mod spacing;
 
 /// What is known of the terms that read nothing that moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,0 +1,77 @@
+//! Starts of a pose, by every method.
+
+use crate::layout::Layout;
+use crate::method::ccd::Ccd;
+use crate::method::fabrik::Fabrik;
+#[cfg(feature = "ipopt")]
+use crate::method::ipopt::Ipopt;
+use crate::method::{Bar, Budget, Methods, Outcome};
+use crate::model::{Effort, PoseModel};
+use crate::search::Starts;
+use crate::search::seeds::Seeds;
+use crate::words::Method;
+
+/// Memory of the methods that know poses alone, and the poses to start from.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PoseStartsMemory {
+    ccd: Ccd,
+    fabrik: Fabrik,
+    #[cfg(feature = "ipopt")]
+    ipopt: Ipopt,
+    seeds: Seeds,
+}
+
+impl PoseStartsMemory {
+    pub(crate) fn new(layout: &Layout) -> Self {
+        Self {
+            ccd: Ccd::new(layout),
+            fabrik: Fabrik::new(layout),
+            #[cfg(feature = "ipopt")]
+            ipopt: Ipopt::new(layout),
+            seeds: Seeds::new(layout),
+        }
+    }
+}
+
+/// Starts of a pose.
+pub(crate) struct PoseStarts<'a> {
+    pub(crate) model: PoseModel<'a>,
+    pub(crate) memory: &'a mut PoseStartsMemory,
+}
+
+impl<'a> Starts for PoseStarts<'a> {
+    type Model = PoseModel<'a>;
+
+    #[inline(always)]
+    fn model(&mut self) -> &mut PoseModel<'a> {
+        &mut self.model
+    }
+
+    fn seed(&mut self, number: usize, start: &[f64]) {
+        let PoseModel { layout, state, .. } = &mut self.model;
+        self.memory.seeds.write(layout, number, start, &mut state.coords);
+    }
+
+    fn most_restarts(&self, wanted: usize) -> usize {
+        wanted
+    }
+
+    fn improve(
+        &mut self,
+        method: &Method,
+        methods: &mut Methods,
+        cost: f64,
+        bar: &Bar,
+        budget: &mut Budget<'_>,
+    ) -> Outcome {
+        let (model, memory) = (&mut self.model, &mut *self.memory);
+        match method {
+            Method::Lm => methods.lm.run(model, cost, bar, budget, &mut { Effort::FULL }),
+            Method::Adam(options) => methods.adam.run(options, model, cost, bar, budget),
+            Method::Ccd => memory.ccd.run(model.layout, model.problem, model.state, cost, bar, budget),
+            Method::Fabrik => memory.fabrik.run(model.layout, model.problem, model.state, cost, bar, budget),
+            #[cfg(feature = "ipopt")]
+            Method::Ipopt => memory.ipopt.run(model.layout, model.problem, model.state, cost, bar, budget),
+        }
+    }
+}

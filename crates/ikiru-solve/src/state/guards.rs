@@ -1,0 +1,114 @@
+//! Rows with a sense and a force at the samples of a motion: what is hard, and what wants to be at least something.
+
+use crate::algebra::sample_rows::SampleRows;
+use crate::layout::{Layout, PartLayout, Place, TermLayout};
+use crate::problem::term::Term;
+use crate::state::State;
+use crate::words::{Loss, Sense};
+
+/// Rows of one part at one sample.
+#[derive(Clone, Copy, Debug)]
+struct GuardPart {
+    first: usize,
+    n_rows: usize,
+    sense: Sense,
+    is_hard: bool,
+    /// Whether nothing moves it.
+    is_constant: bool,
+    term_weight: f64,
+    loss: Loss,
+}
+
+/// All rows with a force of a motion, as of the last linearization: as many, in the same order, at each.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Guards {
+    /// Residuals and derivatives as they are, not scaled.
+    pub(crate) rows: SampleRows,
+    parts: Vec<GuardPart>,
+    pub(crate) guards: Vec<Guard>,
+}
+
+/// One row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Guard {
+    pub(crate) sense: Sense,
+    /// The weight of a wish; `None` for a hard row.
+    pub(crate) weight: Option<f64>,
+    pub(crate) is_open: bool,
+}
+
+impl Guards {
+    pub(crate) fn new(layout: &Layout) -> Self {
+        Self { rows: SampleRows::new(layout), ..Self::default() }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.rows.clear();
+        self.parts.clear();
+        self.guards.clear();
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.guards.is_empty()
+    }
+
+    /// Copies the rows of one part of a term from the sample that was linearized, and from those before it.
+    pub(crate) fn push(
+        &mut self,
+        layout: &Layout,
+        sample: &State,
+        earlier: &[State],
+        t: &TermLayout,
+        term: &Term,
+        idx: usize,
+    ) {
+        let part = &layout.parts[idx];
+        let PartLayout { n_rows, row, sense, place: Place::Force { first }, .. } = *part else { return };
+        let weight = if t.is_hard { None } else { Some(sample.weights[idx]) };
+        self.parts.push(GuardPart {
+            first: self.guards.len(),
+            n_rows,
+            sense,
+            is_hard: t.is_hard,
+            is_constant: t.is_constant,
+            term_weight: term.weight,
+            loss: term.loss,
+        });
+        for i in 0..n_rows {
+            let entry = |back: usize, k: usize| {
+                let state = if back == 0 { sample } else { &earlier[back - 1] };
+                state.force_jacobian[(first + i) * layout.n_dofs + k]
+            };
+            self.rows.push(row + i, sample.residual[row + i], entry);
+            let is_open = i < sample.n_open[idx] && weight != Some(0.0);
+            self.guards.push(Guard { sense, weight, is_open });
+        }
+    }
+
+    /// What the linear model promises for a step: the cost of wishes, and by how much hard rows are missed.
+    pub(crate) fn predicted(&self, delta: &[f64], along: &mut Vec<f64>) -> (f64, f64) {
+        along.clear();
+        along.extend_from_slice(&self.rows.residual);
+        self.rows.add_product(delta, along);
+        let (mut cost, mut violation) = (0.0, 0.0);
+        for part in &self.parts {
+            let open = (part.first..part.first + part.n_rows).filter(|row| self.guards[*row].is_open);
+            let missing = open.map(|row| part.sense.missing(along[row]));
+            if part.is_hard {
+                violation += if part.is_constant { 0.0 } else { missing.map(f64::abs).sum() };
+            } else {
+                cost += part.term_weight * part.loss.cost(missing.map(|r| r * r).sum());
+            }
+        }
+        (cost, violation)
+    }
+
+    /// Adds half the gradient of the wishes among the rows, and of `hard` times the squares of what hard rows miss.
+    pub(crate) fn add_half_gradient(&self, hard: f64, gradient: &mut [f64]) {
+        let pull = |row: usize| {
+            let Guard { sense, weight, .. } = self.guards[row];
+            weight.unwrap_or(hard) * sense.missing(self.rows.residual[row])
+        };
+        self.rows.add_transposed_of(pull, gradient);
+    }
+}

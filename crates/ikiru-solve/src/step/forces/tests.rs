@@ -1,0 +1,316 @@
+//! Steps with forces against every way in which limits may hold and rows may act, by plain elimination.
+
+use ikiru_testkit::rigs::Random;
+
+use super::*;
+use crate::algebra::rows::Dense;
+
+/// Degrees of freedom, and rows of the base.
+const N: usize = 4;
+const M: usize = 3;
+const DAMPING: f64 = 0.3;
+/// How exactly the conditions of the least value hold.
+const NEAR: f64 = 1e-9;
+
+/// A small problem, and its rows with a force.
+struct Case {
+    /// The base's Jacobian, degree of freedom by degree of freedom, and its residuals.
+    columns: Vec<f64>,
+    residual: [f64; M],
+    /// `D`, and the gradient beside rows.
+    diagonal: [f64; N],
+    own: [f64; N],
+    room: [(f64, f64); N],
+    free: [bool; N],
+    forces: Forces,
+}
+
+impl Case {
+    fn new(random: &mut Random, rows: &[(Sense, Option<f64>)], most: f64) -> Self {
+        let mut draw = |n: usize| (0..n).map(|_| random.between(-1.0, 1.0)).collect::<Vec<f64>>();
+        let columns = draw(N * M);
+        let (residual, own): ([f64; M], [f64; N]) =
+            (draw(M).try_into().unwrap(), draw(N).try_into().unwrap());
+        let mut forces = Forces {
+            jacobian: draw(N * rows.len()),
+            now: draw(rows.len()),
+            force: vec![0.0; rows.len()],
+            most,
+            press: vec![0.0; N],
+            pressed: vec![0.0; N],
+            answers: vec![0.0; N * rows.len()],
+            matrix: vec![0.0; rows.len() * rows.len()],
+            forces: vec![0.0; rows.len()],
+            ..Forces::default()
+        };
+        for (sense, weight) in rows {
+            // Some acted in the step before.
+            let acts = random.below(2) == 0;
+            forces.rows.push(Row { sense: *sense, weight: *weight, is_open: true, acts, ..Row::default() });
+        }
+        let diagonal = [0; N].map(|_| DAMPING + [0.0, random.between(0.0, 2.0)][random.below(2)]);
+        let room = [0; N].map(|_| match random.below(4) {
+            0 => (f64::NEG_INFINITY, f64::INFINITY),
+            1 => (0.0, random.between(0.0, 0.5)),
+            2 => (-random.between(0.0, 0.5), 0.0),
+            _ => (-random.between(0.0, 0.5), random.between(0.0, 0.5)),
+        });
+        // What a linearization holds at first, rightly or not.
+        let free = room.map(|(down, up)| (down != 0.0 && up != 0.0) || random.below(2) == 0);
+        Self { columns, residual, diagonal, own, room, free, forces }
+    }
+
+    /// The step as it is solved for.
+    fn solve(&mut self) -> [f64; N] {
+        let inverse = self.diagonal.map(|d| DAMPING / d);
+        let mut base = Dense::<M>::new(&self.columns);
+        StepSystem::clear(&mut base);
+        let (mut open, mut residual) = (self.free, self.residual);
+        let (mut y, mut delta) = ([0.0; M], [0.0; N]);
+        for k in (0..N).filter(|k| open[*k]) {
+            base.open(k, inverse[k]);
+        }
+        let mut held = Held {
+            open: &mut open,
+            room: &self.room,
+            inverse: &inverse,
+            own: Some(&self.own),
+            damping: DAMPING,
+            residual: &mut residual,
+            y: &mut y,
+            delta: &mut delta,
+        };
+        assert!(self.forces.solve(&mut base, &mut held));
+        delta
+    }
+
+    /// Half the gradient of the base at a step.
+    fn gradient(&self, delta: &[f64]) -> [f64; N] {
+        let mut rows = self.residual;
+        for (column, d) in self.columns.chunks_exact(M).zip(delta) {
+            rows.iter_mut().zip(column).for_each(|(row, j)| *row += j * d);
+        }
+        std::array::from_fn(|k| {
+            let column = &self.columns[k * M..(k + 1) * M];
+            self.own[k]
+                + self.diagonal[k] * delta[k]
+                + column.iter().zip(rows).map(|(j, r)| j * r).sum::<f64>()
+        })
+    }
+
+    fn compliance(&self, row: usize) -> f64 {
+        let Row { weight, compliance, .. } = self.forces.rows[row];
+        weight.map_or(compliance, |weight| 1.0 / weight)
+    }
+
+    /// The step and the forces for one way in which limits hold (0: open, 1: below, 2: above) and rows act (0: not,
+    /// 1: act, 2 and 3: pressed up and down); `None` where that is not the least.
+    fn if_so(&self, holds: [usize; N], acts: &[usize]) -> Option<([f64; N], Vec<f64>)> {
+        let (n_rows, size) = (acts.len(), N + acts.len());
+        let mut system = vec![vec![0.0; size + 1]; size];
+        let base = self.gradient(&[0.0; N]);
+        for k in 0..N {
+            if holds[k] > 0 {
+                let bound = [0.0, self.room[k].0, self.room[k].1][holds[k]];
+                (system[k][k], system[k][size]) = (1.0, bound);
+                continue;
+            }
+            for l in 0..N {
+                let unit: [f64; N] = std::array::from_fn(|i| f64::from(u8::from(i == l)));
+                system[k][l] = self.gradient(&unit)[k] - base[k];
+            }
+            for row in 0..n_rows {
+                system[k][N + row] = -self.forces.jacobian[row * N + k];
+            }
+            system[k][size] = -base[k];
+        }
+        for row in 0..n_rows {
+            let equation = &mut system[N + row];
+            if acts[row] == 1 {
+                equation[..N].copy_from_slice(&self.forces.jacobian[row * N..(row + 1) * N]);
+                (equation[N + row], equation[size]) = (self.compliance(row), -self.forces.now[row]);
+            } else {
+                let force = [0.0, 0.0, self.forces.most, -self.forces.most][acts[row]];
+                (equation[N + row], equation[size]) = (1.0, force);
+            }
+        }
+        let x = eliminate(system)?;
+        let delta: [f64; N] = x[..N].try_into().unwrap();
+        let gradient = self.gradient(&delta);
+        for k in 0..N {
+            let forces = x[N..].iter().enumerate();
+            let pull =
+                gradient[k] - forces.map(|(row, f)| f * self.forces.jacobian[row * N + k]).sum::<f64>();
+            let is_right = match holds[k] {
+                0 => (self.room[k].0 - NEAR..=self.room[k].1 + NEAR).contains(&delta[k]),
+                1 => pull >= -NEAR,
+                _ => pull <= NEAR,
+            };
+            if !is_right {
+                return None;
+            }
+        }
+        for row in 0..n_rows {
+            let then = self.forces.now[row] + self.forces.along(row, &delta);
+            let Row { sense, weight, .. } = self.forces.rows[row];
+            let most = if weight.is_none() { self.forces.most } else { f64::INFINITY };
+            let is_right = match acts[row] {
+                0 => then >= -NEAR,
+                1 => x[N + row].abs() <= most && (sense == Sense::Equal || x[N + row] >= -NEAR),
+                2 => then <= NEAR,
+                _ => then >= -NEAR,
+            };
+            if !is_right {
+                return None;
+            }
+        }
+        Some((delta, x[N..].to_vec()))
+    }
+
+    /// The step of least value, by looking at every way.
+    fn enumerate(&self) -> ([f64; N], Vec<f64>) {
+        let n_rows = self.forces.rows.len();
+        let ways = |row: &Row| -> &[usize] {
+            match (row.sense, row.weight, self.forces.most.is_finite()) {
+                (Sense::Equal, None, true) => &[1, 2, 3],
+                (Sense::Equal, ..) => &[1],
+                (Sense::AtLeast, None, true) => &[0, 1, 2],
+                (Sense::AtLeast, ..) => &[0, 1],
+            }
+        };
+        let mut acts = vec![0; n_rows];
+        for code in 0..3_usize.pow((N + n_rows) as u32) {
+            let digit = |i: usize| code / 3_usize.pow(i as u32) % 3;
+            let holds: [usize; N] = std::array::from_fn(digit);
+            let bound = |k: usize| [0.0, self.room[k].0, self.room[k].1][holds[k]];
+            let options = (0..n_rows).map(|row| ways(&self.forces.rows[row]).get(digit(N + row)));
+            let Some(chosen) = options.collect::<Option<Vec<_>>>() else { continue };
+            if (0..N).any(|k| bound(k).is_infinite()) {
+                continue;
+            }
+            acts.iter_mut().zip(chosen).for_each(|(to, from)| *to = *from);
+            if let Some(found) = self.if_so(holds, &acts) {
+                return found;
+            }
+        }
+        panic!("a convex problem has a least value");
+    }
+}
+
+/// Solves a system whose last column is the right side, with pivots; `None` where it is singular.
+fn eliminate(mut system: Vec<Vec<f64>>) -> Option<Vec<f64>> {
+    let n = system.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|a, b| system[*a][k].abs().total_cmp(&system[*b][k].abs()))?;
+        system.swap(k, pivot);
+        if system[k][k].abs() < 1e-14 {
+            return None;
+        }
+        let row = system[k].clone();
+        for other in system.iter_mut().skip(k + 1) {
+            let factor = other[k] / row[k];
+            other.iter_mut().zip(&row).for_each(|(a, b)| *a -= factor * b);
+        }
+    }
+    let mut x = vec![0.0; n];
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|l| system[k][l] * x[l]).sum();
+        x[k] = (system[k][n] - known) / system[k][k];
+    }
+    Some(x)
+}
+
+/// Rows of every kind: hard and wished for, equal and at least.
+fn random_rows(random: &mut Random) -> Vec<(Sense, Option<f64>)> {
+    (0..1 + random.below(3))
+        .map(|_| {
+            let sense = [Sense::Equal, Sense::AtLeast][random.below(2)];
+            (sense, [None, Some(random.between(0.1, 20.0))][random.below(2)])
+        })
+        .collect()
+}
+
+#[test]
+fn a_step_with_forces_is_the_least_of_all_ways_to_hold_and_act() {
+    let mut random = Random::new(1);
+    let (mut n_held, mut n_idle, mut n_pressed, mut n_acting) = (0, 0, 0, 0);
+    for number in 0..400 {
+        let rows = random_rows(&mut random);
+        let most = [f64::INFINITY, 3.0][random.below(2)];
+        let mut case = Case::new(&mut random, &rows, most);
+        let delta = case.solve();
+        // Rows that never acted have any small compliance.
+        case.forces.rows.iter_mut().for_each(|row| row.compliance = row.compliance.max(1e-12));
+        let (wanted, forces) = case.enumerate();
+        for k in 0..N {
+            assert!((delta[k] - wanted[k]).abs() < 1e-6, "case {number}: {delta:?}, {wanted:?}");
+            n_held += usize::from(delta[k] == case.room[k].0 || delta[k] == case.room[k].1);
+        }
+        for (row, wanted) in forces.into_iter().enumerate() {
+            let found = case.forces.force[row];
+            // Where all that moves a row is held it pulls without end, or nearly.
+            let is_near = (found - wanted).abs() < 1e-5 * (1.0 + wanted.abs());
+            assert!(is_near || found.abs().min(wanted.abs()) > 1e6, "case {number}: {found} {wanted}");
+            n_idle += usize::from(found == 0.0);
+            n_pressed += usize::from(found.abs() == most);
+            n_acting += usize::from(found != 0.0 && found.abs() != most);
+        }
+    }
+    let counts = [n_held, n_idle, n_pressed, n_acting];
+    assert!(counts.iter().all(|n| *n > 40), "{counts:?}");
+}
+
+#[test]
+fn a_wish_yields_as_its_weight_says_and_a_hard_row_does_not() {
+    let mut random = Random::new(2);
+    for weight in [0.01, 1.0, 100.0, 1e6] {
+        let mut case = Case::new(&mut random, &[(Sense::Equal, Some(weight))], f64::INFINITY);
+        (case.room, case.free) = ([(f64::NEG_INFINITY, f64::INFINITY); N], [true; N]);
+        let delta = case.solve();
+        let (force, then) = (case.forces.force[0], case.forces.now[0] + case.forces.along(0, &delta));
+        // `c + a δ + f / w = 0`: its force is its weight times what it misses.
+        assert!((force + weight * then).abs() < 1e-6 * force.abs().max(1.0), "{weight}: {force} {then}");
+        case.forces.rows[0].weight = None;
+        let delta = case.solve();
+        assert!((case.forces.now[0] + case.forces.along(0, &delta)).abs() < 1e-8);
+    }
+}
+
+/// Three hard equalities about one degree of freedom, wanting it at these places.
+fn contradictory(wanted: [f64; 3], most: f64) -> Case {
+    let mut case = Case::new(&mut Random::new(3), &[(Sense::Equal, None); 3], most);
+    (case.columns, case.own) = (vec![0.0; N * M], [0.0; N]);
+    (case.room, case.free) = ([(f64::NEG_INFINITY, f64::INFINITY); N], [true; N]);
+    case.forces.jacobian = [1.0, 0.0, 0.0, 0.0].repeat(3);
+    case.forces.now = wanted.map(|place| -place).to_vec();
+    case
+}
+
+#[test]
+fn contradictory_rows_miss_least_in_sum() {
+    // The middle one of three places.
+    for wanted in [[0.1, 0.2, 0.4], [0.4, 0.1, 0.2], [-0.3, 0.5, 0.0]] {
+        let mut middle = wanted;
+        middle.sort_by(f64::total_cmp);
+        let delta = contradictory(wanted, 1e4).solve();
+        assert!((delta[0] - middle[1]).abs() < 1e-6 && delta[1..] == [0.0; 3], "{wanted:?}: {delta:?}");
+        // With forces without end they share what is missed.
+        let delta = contradictory(wanted, f64::INFINITY).solve();
+        assert!((delta[0] - wanted.iter().sum::<f64>() / 3.0).abs() < 1e-6, "{wanted:?}: {delta:?}");
+    }
+}
+
+#[test]
+fn rows_that_nothing_answers_have_no_say() {
+    let mut random = Random::new(4);
+    for number in 0..50 {
+        let mut case = Case::new(&mut random, &[(Sense::AtLeast, None), (Sense::Equal, None)], 1e4);
+        let alone = {
+            let mut alone = Case { forces: case.forces.clone(), columns: case.columns.clone(), ..case };
+            alone.forces.rows[1].is_open = false;
+            alone.solve()
+        };
+        case.forces.jacobian[N..].fill(0.0);
+        assert_eq!(case.solve(), alone, "case {number}");
+    }
+}

@@ -1,0 +1,133 @@
+//! How to solve: method, search, and the stopping rules of the paper's section 3.6.
+
+use std::time::Duration;
+
+/// How a single start is improved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Method {
+    /// Bounded Levenberg–Marquardt: second order, limits by an active set.
+    #[default]
+    Lm,
+    /// The paper's cautious Adam (equations 8 to 15), to compare with.
+    Adam(AdamOptions),
+    /// Cyclic coordinate descent: one degree of freedom after the other, tips first, each to the best value inside
+    /// its limits; one iteration is one sweep. A baseline (Wang and Chen, 1991).
+    Ccd,
+    /// Forward and backward reaching (Aristidou and Lasenby, 2011) on chains and trees, brought back inside the
+    /// limits in every iteration. It sees the points that objectives want at places
+    /// ([`Objective::reach`](crate::Objective::reach)) and nothing else; the cost judges. A baseline.
+    Fabrik,
+    /// The interior-point peer: the same cost, gradients and limits through the system's Ipopt (Wächter and Biegler,
+    /// 2006) with a limited-memory Hessian. For comparison: unlike all other methods it allocates in
+    /// every solve, and solves of one process wait for each other. Needs the feature `ipopt`.
+    #[cfg(feature = "ipopt")]
+    Ipopt,
+}
+
+impl Method {
+    /// Every method of this build, with its default settings.
+    pub const ALL: &[Self] = &[
+        Self::Lm,
+        Self::ADAM,
+        Self::Ccd,
+        Self::Fabrik,
+        #[cfg(feature = "ipopt")]
+        Self::Ipopt,
+    ];
+    const ADAM: Self = Self::Adam(AdamOptions::DEFAULT);
+
+    /// One lower-case word, as scenarios and the command name it.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Lm => "lm",
+            Self::Adam(_) => "adam",
+            Self::Ccd => "ccd",
+            Self::Fabrik => "fabrik",
+            #[cfg(feature = "ipopt")]
+            Self::Ipopt => "ipopt",
+        }
+    }
+
+    /// The method of that [`name`](Self::name), with its default settings; `None` where this build has none.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|m| m.name() == name).copied()
+    }
+}
+
+/// The settings of [`Method::Adam`]; the defaults are those of the paper's authors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdamOptions {
+    /// Learning rate η.
+    pub rate: f64,
+    /// Decay of the gradient's mean, β₁.
+    pub beta1: f64,
+    /// Decay of the squared gradient's mean, β₂.
+    pub beta2: f64,
+    /// ε in the denominator.
+    pub epsilon: f64,
+}
+
+impl AdamOptions {
+    /// The settings of the authors.
+    pub const DEFAULT: Self = Self { rate: 0.1, beta1: 0.9, beta2: 0.999, epsilon: 1e-8 };
+}
+
+impl Default for AdamOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Where the answer is looked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Search {
+    /// From the start alone: the answer stays in the start's basin, as frame-by-frame use needs it.
+    #[default]
+    Local,
+    /// From the start, then from a fixed sequence of other poses until one succeeds; the best answer is kept.
+    Global {
+        /// How many more starts at most.
+        max_restarts: usize,
+    },
+}
+
+impl Search {
+    /// How many more starts than one at most.
+    pub(crate) fn max_restarts(self) -> usize {
+        match self {
+            Self::Local => 0,
+            Self::Global { max_restarts } => max_restarts,
+        }
+    }
+}
+
+/// How to solve. All fields have defaults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverOptions {
+    /// How a single start is improved; [`Method::Lm`] by default.
+    pub method: Method,
+    /// Where the answer is looked for; [`Search::Local`] by default.
+    pub search: Search,
+    /// Success means a cost below this (the paper's equation 22). `None`, the default: success means every
+    /// mandatory term within its tolerance, and the solver goes on until it converges.
+    pub cost_below: Option<f64>,
+    /// Most iterations of one start (equation 21); 500 by default, as in the paper.
+    pub max_iterations: usize,
+    /// Time budget of the whole solve (equations 23 and 24); none by default. Only where it is set is a clock read.
+    pub max_time: Option<Duration>,
+}
+
+impl Default for SolverOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            search: Search::default(),
+            cost_below: None,
+            max_iterations: 500,
+            max_time: None,
+        }
+    }
+}
