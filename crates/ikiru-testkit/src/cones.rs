@@ -29,10 +29,11 @@ pub fn swing_and_twist(cone: &Cone, l: DQuat) -> (DVec2, f64) {
 /// How far outside its cone a joint of a pose lies, in radians; 0 inside, and for a joint without one. For the swing it is
 /// the way along the ray from the middle, which is no shorter than the shortest.
 #[must_use]
+#[expect(clippy::expect_used, reason = "a joint that the pose does not have is a defect of the test")]
 pub fn cone_excess(pose: &Pose, joint: JointId) -> f64 {
     let data = &pose.rig().joints()[joint.index()];
     let Some(cone) = data.motion.cone() else { return 0.0 };
-    let l = limited_rotation(cone, data.rest_rotation, pose.rotation(joint).unwrap());
+    let l = limited_rotation(cone, data.rest_rotation, pose.rotation(joint).expect("a joint of the rig"));
     let (swing, twist) = swing_and_twist(cone, l);
     let widths = DVec2::from(cone.swing());
     let beyond = if widths.min_element() > 0.0 {

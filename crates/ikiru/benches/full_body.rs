@@ -21,7 +21,7 @@ fn bench(c: &mut Criterion) {
     let joint = |name: &str| rig.joint(name).expect("the human has all roles");
     let mut problem = Problem::whole_body(&rig);
     let rest = rig.rest_pose();
-    let at = |name: &str| rest.frame(joint(name)).unwrap().position;
+    let at = |name: &str| rest.frame(joint(name)).expect("a joint of the rig").position;
     let reach = problem.add(1.0, Position::new(joint("leftHand"), DVec3::new(0.3, 1.2, 0.3)));
     problem.add(1.0, Position::new(joint("rightHand"), DVec3::new(-0.25, 0.9, 0.3)));
     problem.add(1.0, Position::new(joint("leftFoot"), at("leftFoot")));

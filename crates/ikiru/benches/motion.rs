@@ -29,7 +29,7 @@ fn keys(c: &mut Criterion) {
         let mut motion = motion(&rig, secs);
         for key in 1..=10_usize {
             let hand = hands[key % 2];
-            let home = rest.frame(hand).unwrap().position;
+            let home = rest.frame(hand).expect("a joint of the rig").position;
             let at = home + DVec3::new(-0.2 * home.x.signum(), -0.1, 0.25 + 0.02 * key as f64);
             let when = When::At(f64::from(secs) * key as f64 / 10.0);
             motion.add(10.0, when, Position::new(hand, at)).expect("on the timeline");
@@ -55,7 +55,9 @@ fn tracking(c: &mut Criterion) {
         let mut motion = motion(&rig, secs);
         for name in ["leftHand", "rightHand", "leftFoot", "rightFoot", "head", "hips"] {
             let joint = rig.joint(name).expect("the human has all roles");
-            let at = |secs: f64| Position::new(joint, swaying(secs).frame(joint).unwrap().position);
+            let at = |secs: f64| {
+                Position::new(joint, swaying(secs).frame(joint).expect("a joint of the rig").position)
+            };
             motion.add_moving(1.0, When::Throughout, at).expect("on the timeline");
         }
         measure(&mut group, &motion, secs);

@@ -1,4 +1,5 @@
 //! Poses and clips as data: they come back to the last bit, and what does not fit a rig is refused.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{

@@ -1,4 +1,5 @@
 //! The id of a joint that a rig does not have: an error wherever a number, a frame or a change is asked for.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::{DQuat, DVec3};
 use ikiru_rig::{

@@ -1,4 +1,5 @@
 //! At the edges of cones an answer of lm is a minimum: Ipopt, which starts there, finds none that is lower.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![allow(clippy::print_stderr, reason = "a measurement prints what it finds")]
 
 use ikiru_rig::JointId;

@@ -1,4 +1,5 @@
 //! Problems are values: copies, terms taken out and switched off, other rigs, the problem of one sample.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::DVec3;
 use ikiru_rig::{Clip, JointId, JointMotion, Pose, Range, Rig};
