@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let solver = Solver::new(SolverOptions { max_iterations: 100, ..SolverOptions::default() });
     let mut workspace = MotionWorkspace::default();
     let still = Clip::still(rig.rest_pose()).with_name("reach");
-    let planned = solver.plan(&motion, &still, &mut workspace);
+    let planned = solver.plan(&motion, &still, &mut workspace).into_owned(); // the workspace is needed again
     println!(
         "{}: {} samples, cost {:.2e}, {} iterations, the hand travels {:.2} m",
         planned.report.stop.name(),
