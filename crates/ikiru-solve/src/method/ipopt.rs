@@ -323,7 +323,7 @@ fn right_jacobian_transposed(v: DVec3, g: DVec3) -> DVec3 {
 }
 
 /// The cost as Ipopt sees it, which keeps the best pose inside the limits that it was asked for.
-struct Cost<'a> {
+struct Cost<'a, 'b> {
     layout: &'a Layout,
     problem: &'a Problem,
     state: &'a mut State,
@@ -331,7 +331,7 @@ struct Cost<'a> {
     hard: Vec<HardRow>,
     memory: &'a mut Ipopt,
     bar: &'a Bar,
-    budget: &'a mut Budget<'a>,
+    budget: &'a mut Budget<'b>,
     best: Outcome,
     /// Whether the best one meets the bar.
     is_met: bool,
@@ -342,7 +342,7 @@ struct Cost<'a> {
     stop: Option<StopReason>,
 }
 
-impl Cost<'_> {
+impl Cost<'_, '_> {
     fn evaluate(&mut self, x: &[f64]) -> f64 {
         self.charts.set(x);
         self.charts.write(&mut self.state.coords);
@@ -381,7 +381,7 @@ impl Cost<'_> {
     }
 }
 
-impl Function for Cost<'_> {
+impl Function for Cost<'_, '_> {
     fn value(&mut self, x: &[f64]) -> Option<f64> {
         let cost = self.evaluate(x);
         self.keep(cost);
@@ -454,7 +454,7 @@ mod tests {
 
     use super::*;
     use crate::objectives::{Bound, Distance, PoseTarget, RestPose};
-    use crate::words::SolverOptions;
+    use crate::words::{SolverOptions, Watch};
 
     /// A step of the differences and how near they come with it. The second is for where an angle passes its cut
     /// within the first.
@@ -485,7 +485,7 @@ mod tests {
         state.project(&layout);
         let start = state.coords.clone();
         let charts = Charts::new(&layout, &state.coords);
-        let (mut memory, options) = (Ipopt::new(&layout), SolverOptions::default());
+        let (mut memory, options, watch) = (Ipopt::new(&layout), SolverOptions::default(), Watch::new());
         let mut x: Vec<f64> = charts.free.iter().map(|dof| charts.values[*dof]).collect();
         let hard = HardRow::all(&layout, &problem);
         let n_movable = layout.terms.iter().filter(|t| t.is_hard && !t.is_constant);
@@ -503,7 +503,7 @@ mod tests {
             hard,
             memory: &mut memory,
             bar: &Bar { cost_below: None, nothing: 0.0, largest_weight: 1.0, impatient: false },
-            budget: &mut Budget::new(&options),
+            budget: &mut Budget::new(&options, &watch),
             best: Outcome::new(f64::INFINITY, f64::INFINITY, StopReason::NoProgress, true),
             is_met: false,
             at: Vec::new(),
