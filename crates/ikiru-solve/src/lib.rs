@@ -36,6 +36,8 @@ mod report;
 mod front;
 
 pub use front::check::{CheckError, check_jacobian};
+pub use front::evaluation::{EvaluatedRow, Evaluation};
+pub use front::motion_evaluation::MotionEvaluation;
 pub use front::planner::{MotionWorkspace, PlannedMotion};
 pub use front::solver::{Solver, Workspace};
 pub use objective::{

@@ -17,6 +17,7 @@ pub(crate) mod explain_motion;
 pub(crate) mod force;
 pub(crate) mod invalid;
 pub(crate) mod motion;
+pub(crate) mod pose;
 
 /// The length of one part's residual.
 #[derive(Clone, Copy, Debug, PartialEq)]

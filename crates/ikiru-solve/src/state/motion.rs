@@ -112,13 +112,23 @@ impl MotionState {
     /// Takes over the pose of one sample, inside its limits; the answer is whether it was not, `None` where its numbers are
     /// not usable.
     pub(crate) fn load(&mut self, layout: &Layout, t: usize, pose: &Pose) -> Option<bool> {
+        self.load_as_is(layout, t, pose)?;
+        let moved = !self.is_given[t] && self.other.project(layout);
+        if moved {
+            let nc = layout.n_coords;
+            self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.other.coords[..nc]);
+        }
+        Some(moved)
+    }
+
+    /// The same, wherever its limits are.
+    pub(crate) fn load_as_is(&mut self, layout: &Layout, t: usize, pose: &Pose) -> Option<()> {
         if !self.other.load(layout, pose) {
             return None;
         }
-        let moved = !self.is_given[t] && self.other.project(layout);
         let nc = layout.n_coords;
         self.coords[t * nc..(t + 1) * nc].copy_from_slice(&self.other.coords[..nc]);
-        Some(moved)
+        Some(())
     }
 
     /// Writes one sample into the coordinates of a pose.

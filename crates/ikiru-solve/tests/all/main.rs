@@ -8,6 +8,7 @@ mod contract;
 mod custom;
 #[cfg(feature = "ipopt")]
 mod edges;
+mod evaluation;
 mod forces;
 mod hard;
 mod hard_cases;

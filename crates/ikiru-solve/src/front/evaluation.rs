@@ -1,0 +1,231 @@
+//! What a problem costs at a pose, and how that changes with the pose: for methods of your own.
+
+use ikiru_rig::{Pose, Rig};
+
+use crate::front::solver::invalid_term;
+use crate::layout::Layout;
+use crate::objective::Unfit;
+use crate::problem::{Problem, TermId};
+use crate::report::TermReport;
+use crate::report::explain::{Explainer, Unmet};
+use crate::report::force::Force;
+use crate::report::invalid::{Invalid, InvalidPose, InvalidTerm};
+use crate::report::pose::{explain, report_terms};
+use crate::state::State;
+use crate::state::gradient::whole_gradient;
+use crate::words::{Sense, Unit};
+
+/// One row of a term that is on: what it misses, and how it counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct EvaluatedRow {
+    /// The term's position in the problem.
+    pub term: usize,
+    /// The sample at which it was evaluated; 0 for a pose.
+    pub sample: usize,
+    /// Which of the term's parts it belongs to.
+    pub part: usize,
+    /// The residual `r`, as the objective gives it, in `unit`.
+    pub residual: f64,
+    /// Its unit.
+    pub unit: Unit,
+    /// Whether it wants to be 0, or at least 0.
+    pub sense: Sense,
+    /// How much a wish counts here: `λ · ρ'(‖r‖²)`, so that twice that times what the row misses is the slope of the cost by
+    /// the row. `None` for a row of a constraint.
+    pub weight: Option<f64>,
+}
+
+/// A problem at a pose: cost, rows, and their derivatives by the pose's tangent.
+///
+/// A tangent has [`Rig::n_dofs`] entries (radians and metres), those of [`Pose::retract`]; what may not move, and what nothing
+/// reads, has derivatives of 0. It looks and changes nothing: neither limits nor budgets have a say here.
+///
+/// ```
+/// use glam::DVec3;
+/// use ikiru_rig::{Joint, JointMotion, Range, RigBuilder};
+/// use ikiru_solve::objectives::Position;
+/// use ikiru_solve::{Evaluation, Problem};
+///
+/// let mut builder = RigBuilder::new();
+/// let root = builder.add(Joint::new("root", JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED }));
+/// let tip = builder.add(Joint::new("tip", JointMotion::Fixed).below(root).at(DVec3::X));
+/// let rig = builder.build()?;
+/// let mut problem = Problem::whole_body(&rig);
+/// let reach = problem.add(2.0, Position::new(tip, DVec3::new(1.0, 0.5, 0.0)));
+/// let mut evaluation = Evaluation::default();
+/// evaluation.at(&problem, &rig.rest_pose())?;
+/// assert_eq!(evaluation.cost(), 2.0 * 0.25);
+/// // The tip moves along y as the root turns.
+/// assert_eq!(evaluation.gradient(), [-2.0]);
+/// let rows = evaluation.rows_of(&problem, reach);
+/// assert_eq!(evaluation.jacobian(rows.start + 1), [1.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Evaluation {
+    layout: Layout,
+    state: State,
+    cost: f64,
+    violation: f64,
+    rows: Vec<EvaluatedRow>,
+    /// Row by row, by the rig's tangent.
+    jacobian: Vec<f64>,
+    gradient: Vec<f64>,
+    /// Which of the rig's degrees of freedom each of the layout's is.
+    dofs: Vec<usize>,
+    of_layout: Vec<f64>,
+    terms: Vec<TermReport>,
+    explainer: Explainer,
+    unmet: Unmet,
+}
+
+impl Evaluation {
+    /// Evaluates a problem at a pose. Does not allocate for a problem of the same shape as the last.
+    ///
+    /// # Errors
+    /// What a solve would refuse: a term that does not fit or gives no finite residual, a pose of another rig or with numbers
+    /// that are not finite.
+    pub fn at(&mut self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
+        self.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit.into()))?;
+        if !pose.rig().is_same(problem.rig()) {
+            return Err(Invalid::Pose(InvalidPose::OtherRig));
+        }
+        let Self { layout, state, .. } = self;
+        if !state.load(layout, pose) {
+            return Err(Invalid::Pose(InvalidPose::NotFinite));
+        }
+        state.memory.failure = None;
+        self.cost = state.differentiate(layout, problem);
+        if let Some((term, reason)) = state.memory.failure.take() {
+            return Err(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
+        }
+        if !(self.cost + state.violation).is_finite() {
+            return Err(invalid_term(layout, state));
+        }
+        self.violation = if layout.n_force_rows > 0 { state.violation } else { 0.0 };
+        self.terms.clear();
+        report_terms(layout, problem, state, &mut self.terms);
+        let success = self.terms.iter().all(|t| t.satisfied || !t.mandatory);
+        self.explainer.forces.clear();
+        self.unmet.forget();
+        // Linearizes, rows scaled by their weights.
+        explain(layout, problem, state, &self.terms, (&mut self.explainer, &mut self.unmet), success);
+        whole_gradient(layout, state, 0.0, &mut self.of_layout);
+        self.gradient.fill(0.0);
+        self.dofs.iter().zip(&self.of_layout).for_each(|(dof, g)| self.gradient[*dof] = *g);
+        self.write_rows(problem);
+        Ok(())
+    }
+
+    fn fit(&mut self, problem: &Problem) -> Result<(), (usize, Unfit)> {
+        if self.layout.signature.check(problem, &[])? {
+            return Ok(());
+        }
+        let layout = Layout::new(problem)?;
+        self.state = State::new(&layout);
+        self.explainer = Explainer::new(&layout);
+        self.unmet = Unmet::new(layout.terms.len(), layout.n_coords);
+        self.dofs = dofs_of(&layout, problem.rig());
+        self.of_layout = vec![0.0; layout.n_dofs];
+        self.gradient = vec![0.0; problem.rig().n_dofs()];
+        self.layout = layout;
+        Ok(())
+    }
+
+    /// Writes the rows that are open, and their derivatives without weights.
+    fn write_rows(&mut self, problem: &Problem) {
+        let Self { layout, state, rows, jacobian, gradient, dofs, .. } = self;
+        rows.clear();
+        jacobian.clear();
+        state.differentiate(layout, problem);
+        state.linearize(layout, problem, true);
+        for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {
+            let term = &problem.terms()[t.term];
+            for (number, idx) in t.parts.clone().enumerate() {
+                let part = &layout.parts[idx];
+                let weight = term.weight * term.loss.weight(state.squares[idx]);
+                let weight = (!term.hard).then_some(weight);
+                for row in 0..state.n_open[idx] {
+                    rows.push(EvaluatedRow {
+                        term: t.term,
+                        sample: 0,
+                        part: number,
+                        residual: state.residual[part.row + row],
+                        unit: part.unit,
+                        sense: part.sense,
+                        weight,
+                    });
+                    let at = jacobian.len();
+                    jacobian.resize(at + gradient.len(), 0.0);
+                    for (k, dof) in dofs.iter().enumerate() {
+                        jacobian[at + dof] = state.entry(layout, t, part, row, k);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The cost `J = Σ λ ρ(r)`, constraints left out.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        self.cost
+    }
+
+    /// By how much constraints are missed that something moves, summed up over their rows (metres, radians).
+    #[must_use]
+    pub fn violation(&self) -> f64 {
+        self.violation
+    }
+
+    /// The gradient of the cost by the tangent.
+    #[must_use]
+    pub fn gradient(&self) -> &[f64] {
+        &self.gradient
+    }
+
+    /// The rows that are open, term by term, constraints among them.
+    #[must_use]
+    pub fn rows(&self) -> &[EvaluatedRow] {
+        &self.rows
+    }
+
+    /// Where the rows of a term lie; empty where it is off or has none.
+    #[must_use]
+    pub fn rows_of<T>(&self, problem: &Problem, id: TermId<T>) -> std::ops::Range<usize> {
+        let Some(term) = problem.position(id) else { return 0..0 };
+        let first = self.rows.partition_point(|row| row.term < term);
+        first..first + self.rows[first..].iter().take_while(|row| row.term == term).count()
+    }
+
+    /// The derivative of a row's residual by the tangent; empty where there is no such row.
+    #[must_use]
+    pub fn jacobian(&self, row: usize) -> &[f64] {
+        let n = self.gradient.len();
+        self.jacobian.get(row * n..(row + 1) * n).unwrap_or_default()
+    }
+
+    /// The entries of the tangent that may move and that something reads, in the order in which a solver has them.
+    #[must_use]
+    pub fn moving(&self) -> &[usize] {
+        &self.dofs
+    }
+
+    /// Every term, as a report would have it.
+    #[must_use]
+    pub fn terms(&self) -> &[TermReport] {
+        &self.terms
+    }
+
+    /// The forces that act here, as a [report](crate::Report::forces) would have them. They balance each other where a solve
+    /// converged; elsewhere they say what limits and constraints hold back.
+    #[must_use]
+    pub fn forces(&self) -> &[Force] {
+        &self.explainer.forces
+    }
+}
+
+/// Which of a rig's degrees of freedom each of a layout's is.
+pub(super) fn dofs_of(layout: &Layout, rig: &Rig) -> Vec<usize> {
+    layout.movers.iter().flat_map(|m| (0..m.n_dofs).map(|k| rig.dofs_of(m.joint).start + k)).collect()
+}

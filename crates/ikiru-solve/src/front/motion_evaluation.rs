@@ -1,0 +1,218 @@
+//! What a motion problem costs over a whole trajectory, and how that changes with it.
+
+use ikiru_rig::{Clip, Pose};
+
+use crate::front::evaluation::{EvaluatedRow, dofs_of};
+use crate::layout::{Layout, Place};
+use crate::objective::{TermReads, Unfit};
+use crate::problem::motion::MotionProblem;
+use crate::problem::{Terms, Timeline};
+use crate::report::TermReport;
+use crate::report::invalid::{Invalid, InvalidPose, InvalidTerm};
+use crate::report::motion::report_terms;
+use crate::state::motion::MotionState;
+
+/// Where a row's derivative lies.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    /// A row of the step, and the root of the weight that scales it.
+    Step(usize, f64),
+    /// A row with a force, as it is.
+    Force(usize),
+    /// One that reads a single joint: its sample among those that are wanted, its term, part and number there.
+    Own { sample: usize, term: usize, part: usize, row: usize },
+}
+
+/// A motion problem over all its samples: cost, rows, and their derivatives by the tangents of all samples.
+///
+/// The tangents of samples lie one behind the other, [`Rig::n_dofs`](ikiru_rig::Rig::n_dofs) entries each. What no plan can
+/// change is left out: rows at samples that are given, and what they cost.
+#[derive(Clone, Debug, Default)]
+pub struct MotionEvaluation {
+    layout: Layout,
+    state: MotionState,
+    cost: f64,
+    n_dofs: usize,
+    rows: Vec<EvaluatedRow>,
+    sources: Vec<Source>,
+    gradient: Vec<f64>,
+    of_layout: Vec<f64>,
+    dofs: Vec<usize>,
+    terms: Vec<TermReport>,
+}
+
+impl MotionEvaluation {
+    /// Evaluates a motion problem at the poses of a clip, which is read at the samples of the timeline and held still beyond
+    /// its ends. Given samples take their place in it.
+    ///
+    /// # Errors
+    /// What a plan would refuse: a term that does not fit or gives no finite residual, a clip of another rig or with numbers
+    /// that are not finite.
+    pub fn at(&mut self, motion: &MotionProblem, clip: &Clip) -> Result<(), Invalid> {
+        let unfit = |(term, unfit): (usize, Unfit)| Invalid::Term(term, unfit.into());
+        motion.check_moving(&mut TermReads::default()).map_err(unfit)?;
+        let mut led = Vec::new();
+        motion.led(&mut led);
+        if self.layout.signature.check(motion.terms(), &led).map_err(unfit)? {
+            self.state.fit(&self.layout, motion);
+        } else {
+            self.layout = Layout::with(motion.terms(), &led).map_err(unfit)?;
+            self.state = MotionState::new(&self.layout, motion);
+            self.dofs = dofs_of(&self.layout, motion.rig());
+        }
+        self.n_dofs = motion.rig().n_dofs();
+        self.load(motion, clip)?;
+        let Self { layout, state, .. } = self;
+        self.cost = state.differentiate(layout, motion);
+        if let Some((term, reason)) = state.failure {
+            return Err(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
+        }
+        if !(self.cost + state.violation).is_finite() {
+            return Err(match state.not_finite(layout, motion) {
+                Some(term) => Invalid::Term(term, InvalidTerm::NotFiniteAtSample),
+                None => Invalid::Pose(InvalidPose::Cost),
+            });
+        }
+        report_terms(layout, motion, state, &mut self.terms);
+        state.linearize(layout, motion);
+        self.of_layout.clear();
+        self.of_layout.extend_from_slice(&state.gradient);
+        state.rows.add_transposed(&state.rows.residual, &mut self.of_layout);
+        state.guards.add_half_gradient(0.0, &mut self.of_layout);
+        self.gradient.clear();
+        self.gradient.resize(self.n_dofs * state.n_samples, 0.0);
+        for t in (0..state.n_samples).filter(|t| !state.is_given[*t]) {
+            for (k, dof) in self.dofs.iter().enumerate() {
+                self.gradient[t * self.n_dofs + dof] = 2.0 * self.of_layout[t * layout.n_dofs + k];
+            }
+        }
+        self.find_rows(motion);
+        Ok(())
+    }
+
+    fn load(&mut self, motion: &MotionProblem, clip: &Clip) -> Result<(), Invalid> {
+        if !clip.rig().is_same(motion.rig()) {
+            return Err(Invalid::Pose(InvalidPose::OtherRig));
+        }
+        let timeline: &Timeline = motion.timeline();
+        let still = motion.first_given().map_or_else(|| clip.sample(clip.times()[0]), Pose::clone);
+        for t in 0..timeline.n_samples() {
+            let pose = motion.given(t).map_or_else(|| clip.sample(timeline.time(t)), Pose::clone);
+            // Limits have no say in what is looked at.
+            if self.state.load_as_is(&self.layout, t, &pose).is_none() {
+                return Err(Invalid::Pose(InvalidPose::NotFinite));
+            }
+        }
+        self.state.load_still(&self.layout, &still);
+        Ok(())
+    }
+
+    /// Finds the rows that are open, in the order in which they were linearized.
+    fn find_rows(&mut self, motion: &MotionProblem) {
+        let Self { layout, state, rows, sources, .. } = self;
+        rows.clear();
+        sources.clear();
+        let (mut of_step, mut of_force) = (0, 0);
+        for (i, t) in state.keyed.iter().enumerate() {
+            let (terms, sample) = (motion.wanted_at(*t), &state.samples[i]);
+            for (term, of) in layout.terms.iter().enumerate().filter(|(_, of)| terms.is_on(of.term)) {
+                let data = terms.term(of.term);
+                for (number, idx) in of.parts.clone().enumerate() {
+                    let part = &layout.parts[idx];
+                    let weight = data.weight * data.loss.weight(sample.squares[idx]);
+                    for row in 0..part.n_rows {
+                        let source = match part.place {
+                            Place::Step => Source::Step(of_step + row, sample.weights[idx].sqrt()),
+                            Place::Force { .. } => Source::Force(of_force + row),
+                            Place::Own { .. } => Source::Own { sample: i, term, part: idx, row },
+                        };
+                        if row < sample.n_open[idx] {
+                            rows.push(EvaluatedRow {
+                                term: of.term,
+                                sample: *t,
+                                part: number,
+                                residual: sample.residual[part.row + row],
+                                unit: part.unit,
+                                sense: part.sense,
+                                weight: (!data.hard).then_some(weight),
+                            });
+                            sources.push(source);
+                        }
+                    }
+                    match part.place {
+                        Place::Step => of_step += part.n_rows,
+                        Place::Force { .. } => of_force += part.n_rows,
+                        Place::Own { .. } => {}
+                    }
+                }
+            }
+        }
+    }
+
+    /// The cost of the whole motion, smoothness and even spacing included; limits on rates have no part in it.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        self.cost
+    }
+
+    /// What of it is smoothness: velocity, acceleration, jerk.
+    #[must_use]
+    pub fn smoothness(&self) -> [f64; 3] {
+        self.state.smoothness_cost
+    }
+
+    /// What of it is even spacing.
+    #[must_use]
+    pub fn spacing(&self) -> f64 {
+        self.state.spacing_cost
+    }
+
+    /// The gradient of the cost by the tangents of all samples; 0 at given ones.
+    #[must_use]
+    pub fn gradient(&self) -> &[f64] {
+        &self.gradient
+    }
+
+    /// The rows that are open, sample by sample, constraints among them.
+    #[must_use]
+    pub fn rows(&self) -> &[EvaluatedRow] {
+        &self.rows
+    }
+
+    /// Shows the derivative of a row's residual by what moves it: the sample, the entry of its tangent, the derivative.
+    /// Nothing where there is no such row.
+    pub fn jacobian(&self, row: usize, mut show: impl FnMut(usize, usize, f64)) {
+        let (Some(EvaluatedRow { sample, .. }), Some(source)) = (self.rows.get(row), self.sources.get(row))
+        else {
+            return;
+        };
+        let (rows, row, scale) = match *source {
+            Source::Step(row, root) if root > 0.0 => (&self.state.rows, row, 1.0 / root),
+            // A term of weight 0 has no say, and no derivative is kept of it.
+            Source::Step(..) => return,
+            Source::Force(row) => (&self.state.guards.rows, row, 1.0),
+            Source::Own { sample: i, term, part, row } => {
+                let (state, layout) = (&self.state.samples[i], &self.layout);
+                let (t, part) = (&layout.terms[term], &layout.parts[part]);
+                for (k, dof) in self.dofs.iter().enumerate() {
+                    let entry = state.entry(layout, t, part, row, k);
+                    if entry != 0.0 {
+                        show(*sample, *dof, entry);
+                    }
+                }
+                return;
+            }
+        };
+        for (run, entries) in rows.runs(row) {
+            for (k, entry) in run.dofs.clone().zip(entries) {
+                show(*sample - run.back, self.dofs[k], scale * entry);
+            }
+        }
+    }
+
+    /// Every term over all its samples, as a report would have it.
+    #[must_use]
+    pub fn terms(&self) -> &[TermReport] {
+        &self.terms
+    }
+}
