@@ -13,13 +13,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rig = &loaded.rig;
     let hand = rig.joint("leftHand")?;
     let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?);
-    problem.add(1.0, Position::new(hand, DVec3::new(0.35, 1.1, 0.35)));
+    let reach = problem.add(1.0, Position::new(hand, DVec3::new(0.35, 1.1, 0.35)));
 
     let solver = Solver::default();
     let mut workspace = solver.workspace(&problem);
     let mut pose = rig.rest_pose();
     let report = solver.solve(&problem, &mut pose, &mut workspace);
-    let mm = report.terms[0].residual * 1e3;
+    let mm = report[reach].residual * 1e3;
     println!("{} after {} iterations, {mm:.4} mm from the target", report.stop.name(), report.iterations);
 
     formats::save(&out, &formats::write_posed_glb(&loaded, &pose)?)?;

@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             problem[reach].target = target;
             let mut pose = rig.rest_pose();
             let report = solver.solve(&problem, &mut pose, &mut workspace);
-            let mm = report.terms[0].residual * 1e3;
+            let mm = report[reach].residual * 1e3;
             let [x, y, z] =
                 EulerOrder::Zyx.angles(pose.rotation(elbow)?).map(|a| a.to_degrees().round() + 0.0);
             let target = target.to_string();

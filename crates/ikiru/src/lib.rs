@@ -15,13 +15,13 @@
 //! let rig = &loaded.rig;
 //! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?); // joints that may move
 //! let hand = rig.joint("leftHand")?; // a joint's own name, or its humanoid role
-//! problem.add(1.0, Position::new(hand, DVec3::new(0.35, 1.1, 0.35)));
+//! let reach = problem.add(1.0, Position::new(hand, DVec3::new(0.35, 1.1, 0.35)));
 //!
 //! let solver = Solver::default();
 //! let mut workspace = solver.workspace(&problem);
 //! let mut pose = rig.rest_pose();
 //! let report = solver.solve(&problem, &mut pose, &mut workspace);
-//! assert!(report.success && report.terms[0].residual < 0.001); // metres
+//! assert!(report.success && report[reach].residual < 0.001); // metres
 //!
 //! let posed = formats::write_posed_glb(&loaded, &pose)?; // the same file, skinned, in that pose
 //! formats::save(std::env::temp_dir().join("ikiru-reach.glb"), &posed)?;
@@ -83,7 +83,7 @@
 //!
 //! ```
 //! use ikiru::{
-//!     Clip, DVec3, MotionProblem, MotionWorkspace, Position, Rate, RateLimit, RatePart, Solver, Timeline, When, formats,
+//!     Clip, DVec3, MotionEvaluation, MotionProblem, MotionWorkspace, Position, Rate, RateLimit, RatePart, Solver, Timeline, When, formats,
 //! };
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -184,9 +184,9 @@ pub use ikiru_rig::{
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
-    Force, ForceBy, Hint, LimitKind, Loss, Method, MotionProblem, MotionWorkspace, Objective, PlannedMotion,
-    Problem, Report, Residual, Search, Solver, SolverOptions, StopReason, TargetPath, TermId, Timeline,
-    Tolerance, Unit, When, Workspace,
+    EvaluatedRow, Evaluation, Force, ForceBy, Hint, LimitKind, Loss, Method, MotionEvaluation, MotionProblem,
+    MotionWorkspace, Objective, PlannedMotion, Problem, Report, Residual, Search, Solver, SolverOptions,
+    StopReason, TargetPath, TermId, Timeline, Tolerance, Unit, When, Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.
