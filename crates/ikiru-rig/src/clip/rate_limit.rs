@@ -87,17 +87,32 @@ impl Clip {
     /// When a limit is on a joint that the rig does not have, on a jerk, on a motion that the joint does not have,
     /// or not a finite number above 0; and when a pose has a number of such a joint that is not finite.
     pub fn exceeded(&self, limits: &[RateLimit]) -> Result<Vec<RateExcess>, ClipError> {
+        Ok(self.exceeded_while(limits, || true)?.unwrap_or_default())
+    }
+
+    /// The same as long as `may_go_on` says so, which is asked before each limit that is measured; `None` where it was stopped:
+    /// for who has little time.
+    ///
+    /// # Errors
+    /// Those of [`exceeded`](Self::exceeded).
+    pub fn exceeded_while(
+        &self,
+        limits: &[RateLimit],
+        may_go_on: impl Fn() -> bool,
+    ) -> Result<Option<Vec<RateExcess>>, ClipError> {
         self.check_rate_limits(limits)?;
-        let mut excesses: Vec<RateExcess> = limits
-            .iter()
-            .filter_map(|limit| {
-                let floor = limit.most * (1.0 + TOLERANCE);
-                let peak = self.peak_above(limit.joint, limit.part, limit.rate, floor)?;
-                Some(RateExcess { limit: *limit, peak })
-            })
-            .collect();
+        let mut excesses = Vec::new();
+        for limit in limits {
+            if !may_go_on() {
+                return Ok(None);
+            }
+            let floor = limit.most * (1.0 + TOLERANCE);
+            if let Some(peak) = self.peak_above(limit.joint, limit.part, limit.rate, floor) {
+                excesses.push(RateExcess { limit: *limit, peak });
+            }
+        }
         excesses.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
-        Ok(excesses)
+        Ok(Some(excesses))
     }
 
     /// Refuses limits that mean nothing for this clip.

@@ -8,7 +8,7 @@ use crate::front::options::check_options;
 use crate::front::slower::slow_down;
 use crate::front::solver::Solver;
 use crate::layout::Layout;
-use crate::method::limited::exceeded;
+use crate::method::limited::{exceeded, known_excess};
 use crate::method::{Bar, Budget};
 use crate::model::{Model, Trajectory, TrajectoryMemory};
 use crate::objective::{TermReads, Unfit};
@@ -225,6 +225,7 @@ impl Solver {
             (cost, model.state.failure) = (settled_cost + outcome.cost, None);
         }
         model.write_clip();
+        let known = known_excess(&model).map(<[_]>::to_vec);
         let (smoothness, spacing) = (state.smoothness_cost, state.spacing_cost);
         report_terms(layout, motion, state, terms);
         let within = match self.options().cost_below {
@@ -239,7 +240,7 @@ impl Solver {
         workspace.exceeded = if motion.has_free_duration() {
             slow_down(motion, clip, terms, &budget)
         } else {
-            exceeded(motion, clip)
+            known.unwrap_or_else(|| exceeded(motion, clip))
         };
         let success = within && workspace.exceeded.is_empty();
         let stop = match outcome.stop {

@@ -66,8 +66,17 @@ pub(crate) fn run_unlimited(
 
 /// The limits that a clip does not keep where it was planned.
 pub(crate) fn exceeded(motion: &MotionProblem, clip: &Clip) -> Vec<RateExcess> {
+    exceeded_while(motion, clip, &|| true).unwrap_or_default()
+}
+
+/// The same as long as it may go on; `None` where it was stopped.
+fn exceeded_while(
+    motion: &MotionProblem,
+    clip: &Clip,
+    may_go_on: &dyn Fn() -> bool,
+) -> Option<Vec<RateExcess>> {
     // The limits were checked when they were set.
-    let mut excess = clip.exceeded(motion.rate_limits()).unwrap_or_default();
+    let mut excess = clip.exceeded_while(motion.rate_limits(), may_go_on).unwrap_or_default()?;
     // What was executed is not judged: only its last two samples lie beside what is planned.
     let from = motion.n_history().saturating_sub(2);
     let planned = |excess: &RateExcess| excess.peak.secs >= clip.times()[from];
@@ -75,15 +84,41 @@ pub(crate) fn exceeded(motion: &MotionProblem, clip: &Clip) -> Vec<RateExcess> {
         let limits: Vec<RateLimit> = excess.iter().filter(|e| !planned(e)).map(|e| e.limit).collect();
         excess.retain(planned);
         let (times, poses) = (clip.times()[from..].to_vec(), clip.poses()[from..].to_vec());
-        let behind = Clip::new("", times, poses).and_then(|clip| clip.exceeded(&limits));
-        excess.extend(behind.unwrap_or_default());
+        let behind = Clip::new("", times, poses).and_then(|clip| clip.exceeded_while(&limits, may_go_on));
+        excess.extend(behind.unwrap_or_default()?);
     }
-    excess
+    Some(excess)
 }
 
-fn exceeded_now(model: &mut Trajectory<'_>) -> Vec<RateExcess> {
+/// Whether the motion as it is keeps all limits on rates, and which it does not keep; `None` where the time for finding out is
+/// over.
+fn exceeded_now(model: &mut Trajectory<'_>, budget: &Budget<'_>) -> Option<Vec<RateExcess>> {
     model.write_clip();
-    exceeded(model.motion, model.clip)
+    exceeded_while(model.motion, model.clip, &|| budget.stop().is_none())
+}
+
+/// What is known of the limits on rates that the motion as it is does not keep, without measuring it; `None` where that is
+/// nothing.
+pub(crate) fn known_excess<'a>(model: &'a Trajectory<'_>) -> Option<&'a [RateExcess]> {
+    let (memory, coords) = (&model.memory, &model.state.coords);
+    if memory.good == *coords {
+        return Some(&[]);
+    }
+    memory.safe_excess.as_deref().filter(|_| memory.safe == *coords)
+}
+
+/// Finds out, once a plan, whether the straight way between what is given, or standing still, keeps the limits: it is what
+/// comes back where there is no time for more. The motion stays as it is.
+fn find_safe(model: &mut Trajectory<'_>) {
+    if model.memory.safe_excess.is_some() {
+        return;
+    }
+    model.memory.reached.clone_from(&model.state.coords);
+    model.go_straight();
+    model.memory.safe.clone_from(&model.state.coords);
+    model.write_clip();
+    model.memory.safe_excess = Some(exceeded(model.motion, model.clip));
+    model.state.coords.copy_from_slice(&model.memory.reached);
 }
 
 /// Improves a motion inside its limits on rates; as if there were none where it keeps them anyway.
@@ -94,14 +129,18 @@ pub(crate) fn run_limited(
     bar: &Bar,
     budget: &mut Budget<'_>,
 ) -> Outcome {
+    find_safe(model);
     let mut outcome = run_unlimited(model, lm, cost, bar, budget);
-    if exceeded_now(model).is_empty() {
-        return outcome;
-    }
-    if outcome.stop.is_final() {
+    let found = if outcome.stop.is_final() { None } else { exceeded_now(model, budget) };
+    let Some(excess) = found else {
         // No time to be led within the limits: what is known to keep them comes back.
+        let stop = budget.stop().unwrap_or(outcome.stop);
         let keeps = retreat(model, budget);
-        return end(model, keeps, outcome.stop);
+        return end(model, keeps, stop);
+    };
+    if excess.is_empty() {
+        keep(model);
+        return outcome;
     }
     if !outcome.is_evaluated {
         model.evaluate();
@@ -126,15 +165,18 @@ pub(crate) fn run_limited(
         let mut effort = Effort { damping, least_gain: LEAST_GAIN_OF_ROUND };
         outcome = lm.run(model, cost, &to_the_end, budget, &mut effort);
         damping = effort.damping;
+        if outcome.stop.is_final() {
+            break;
+        }
         let cost = model.evaluate();
         let first_differences = model.state.smoothness.first();
         let plain = cost - model.state.rate_bounds.cost(n, first_differences);
         let now = model.state.rate_bounds.update(n, first_differences);
-        if outcome.stop.is_final() {
-            break;
-        }
         if now <= SLACK {
-            let exceeded = exceeded_now(model);
+            let Some(exceeded) = exceeded_now(model, budget) else {
+                outcome.stop = budget.stop().unwrap_or(outcome.stop);
+                break;
+            };
             // What is hard comes first.
             let rank = (model.state.violation.max(HELD), plain);
             if exceeded.is_empty() && kept.is_none_or(|least| rank < least) {
@@ -159,35 +201,43 @@ pub(crate) fn run_limited(
         model.state.coords.copy_from_slice(&model.memory.kept);
         true
     } else {
-        exceeded_now(model).is_empty() || retreat(model, budget)
+        let is_over = outcome.stop.is_final();
+        let keeps = !is_over && exceeded_now(model, budget).is_some_and(|excess| excess.is_empty());
+        keeps || retreat(model, budget)
     };
     end(model, keeps, outcome.stop)
 }
 
+/// Remembers that the motion as it is was seen to keep all limits on rates.
+fn keep(model: &mut Trajectory<'_>) {
+    model.memory.good.clone_from(&model.state.coords);
+}
+
 fn end(model: &mut Trajectory<'_>, keeps: bool, stop: StopReason) -> Outcome {
+    if keeps {
+        keep(model);
+    }
     let cost = model.evaluate();
     Outcome::new(if keeps { cost } else { f64::INFINITY }, model.state.violation, stop, true)
 }
 
-/// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates: the straight
-/// way between what is given, or standing still. False where that does not keep them either; the motion is
-/// then left alone. A budget that has run out leaves no time to look for the least way back.
+/// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates. False where there is none;
+/// the motion is then left alone. A budget that has run out leaves no time to look for the least way back.
 fn retreat(model: &mut Trajectory<'_>, budget: &Budget<'_>) -> bool {
-    model.memory.reached.clone_from(&model.state.coords);
-    model.go_straight();
-    if !exceeded_now(model).is_empty() {
-        model.state.coords.copy_from_slice(&model.memory.reached);
+    let is_over = budget.stop().is_some();
+    if model.memory.safe_excess.as_ref().is_none_or(|excess| !excess.is_empty()) {
         return false;
     }
-    model.memory.safe.clone_from(&model.state.coords);
+    model.memory.reached.clone_from(&model.state.coords);
     let (mut kept, mut part) = (0.0, 0.5);
     let mut width = 0.25;
     for _ in 0..HALVINGS {
-        if budget.stop().is_some() {
+        if is_over {
             break;
         }
         set_between(model, part);
-        if exceeded_now(model).is_empty() {
+        let Some(excess) = exceeded_now(model, budget) else { break };
+        if excess.is_empty() {
             kept = part;
             part += width;
         } else {

@@ -1,6 +1,6 @@
 //! A trajectory as a model: the coordinates of all its samples, one behind the other.
 
-use ikiru_rig::Clip;
+use ikiru_rig::{Clip, RateExcess};
 
 use crate::layout::Layout;
 use crate::model::{Model, Rules};
@@ -17,9 +17,12 @@ pub(crate) struct TrajectoryMemory {
     guards: Vec<f64>,
     /// Tangents of a way from one motion to another.
     pub(crate) way: Vec<f64>,
-    /// Coordinates of motions on the way back to limits on rates.
+    /// Coordinates of motions on the way back to limits on rates; the straight way, and the limits that it does not keep,
+    /// once that is known; and those of a motion that was seen to keep all of them.
     pub(crate) reached: Vec<f64>,
     pub(crate) safe: Vec<f64>,
+    pub(crate) safe_excess: Option<Vec<RateExcess>>,
+    pub(crate) good: Vec<f64>,
     pub(crate) kept: Vec<f64>,
 }
 
@@ -31,6 +34,8 @@ impl TrajectoryMemory {
     /// Takes over the shape of a motion of the same layout.
     pub(crate) fn fit(&mut self, layout: &Layout, state: &MotionState) {
         self.step.fit(layout, state);
+        self.safe_excess = None;
+        self.good.clear();
     }
 }
 

@@ -28,6 +28,7 @@ mod solving;
 mod terms;
 mod tracking;
 mod values;
+mod watch;
 
 /// Counts for the tests that bound memory or allow no allocation.
 #[global_allocator]
