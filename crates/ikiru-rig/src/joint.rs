@@ -8,6 +8,7 @@ use crate::maths;
 
 /// A joint of one rig: its position in the list of joints, parents first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct JointId(pub(crate) u32);
 
 impl JointId {

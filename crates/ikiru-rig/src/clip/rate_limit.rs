@@ -11,6 +11,7 @@ pub(super) const TOLERANCE: f64 = 1e-9;
 
 /// The most that one joint's speed or acceleration may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct RateLimit {
     /// Whose it is: a joint with a degree of freedom of its own.
     pub joint: JointId,
@@ -25,6 +26,7 @@ pub struct RateLimit {
 
 /// A limit that a clip does not keep, and where it is furthest above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct RateExcess {
     /// The limit.
     pub limit: RateLimit,

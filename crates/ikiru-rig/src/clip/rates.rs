@@ -9,6 +9,7 @@ use crate::rig::Rig;
 
 /// A derivative of a motion by time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum Rate {
     /// The first: rad/s and m/s.
     Speed,
@@ -40,6 +41,7 @@ impl Rate {
 
 /// What of a joint's motion is measured: radians and metres cannot be added up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum RatePart {
     /// Hinges, Euler angles, balls, and the turning of free joints: radians.
     Rotation,
@@ -89,6 +91,7 @@ impl RatePart {
 
 /// A largest value, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Peak {
     /// How large, 0 or more.
     pub value: f64,

@@ -21,6 +21,7 @@ pub(crate) mod pose;
 
 /// The length of one part's residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PartReport {
     /// The length, in `unit`; rows that want to be at least 0 count by what they miss.
     pub residual: f64,
@@ -69,6 +70,13 @@ impl DerefMut for PartReports {
     }
 }
 
+#[cfg(feature = "serde")]
+impl serde::Serialize for PartReports {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (**self).serialize(serializer)
+    }
+}
+
 impl Debug for PartReports {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         f.debug_list().entries(self.iter()).finish()
@@ -78,8 +86,10 @@ impl Debug for PartReports {
 /// The state of one term at the end: of a pose, or over all the samples of a motion at which it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TermReport {
     /// What its [id](TermId) leads to.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) key: u32,
     /// The objective's kind.
     pub kind: &'static str,
@@ -112,6 +122,7 @@ pub struct TermReport {
 /// When a term of a motion holds, and when it is met the least (seconds).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TermTimes {
     /// The first sample at which it holds.
     pub from_secs: f64,
@@ -142,6 +153,7 @@ impl TermReport {
 /// the report of a term.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Report<'a> {
     /// Whether the bar was met: a cost below `cost_below` where that is given, else every mandatory term within its
     /// tolerance (in a motion at each of its samples); every constraint within its own; and no limit on speed and
@@ -174,7 +186,17 @@ pub struct Report<'a> {
     /// The limits on speed and acceleration that a motion does not keep, each with its peak.
     pub exceeded: Cow<'a, [RateExcess]>,
     /// What was not usable, where `stop` is [`StopReason::InvalidInput`] or [`StopReason::ObjectiveFailed`].
+    #[cfg_attr(feature = "serde", serde(serialize_with = "as_text"))]
     pub invalid: Option<Invalid>,
+}
+
+/// Reasons are for people: as text.
+#[cfg(feature = "serde")]
+fn as_text<S: serde::Serializer>(invalid: &Option<Invalid>, serializer: S) -> Result<S::Ok, S::Error> {
+    match invalid {
+        Some(invalid) => serializer.serialize_some(&invalid.to_string()),
+        None => serializer.serialize_none(),
+    }
 }
 
 impl<'a> Report<'a> {

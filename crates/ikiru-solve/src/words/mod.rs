@@ -73,6 +73,7 @@ impl Loss {
 
 /// What a residual is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum Unit {
     /// Metres.
     Metres,

@@ -3,6 +3,7 @@
 /// Why a solve ended. Not converging is a result, and the best pose found always comes back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum StopReason {
     /// The bar was met: the cost below `cost_below`, or every mandatory term within its tolerance.
     Reached,

@@ -266,3 +266,26 @@ fn tiny_weights_are_still_weights() {
         assert!(!success && stop != StopReason::Reached, "{weight}: {stop:?}");
     }
 }
+
+#[cfg(feature = "serde")]
+#[test]
+fn a_report_is_data() {
+    let (rig, _, tip) = one_joint(JointMotion::Ball { cone: None });
+    let mut problem = Problem::whole_body(&rig);
+    problem.add(1.0, Position::new(tip, DVec3::new(0.0, 9.0, 0.0)));
+    let solver = Solver::default();
+    let mut workspace = solver.workspace(&problem);
+    let report = solver.solve(&problem, &mut rig.rest_pose(), &mut workspace);
+    let data = serde_json::to_value(&report).unwrap();
+    assert_eq!(data["stop"], report.stop.name());
+    assert_eq!(data["success"], false);
+    assert_eq!(data["terms"][0]["residual"], report.terms[0].residual);
+    assert_eq!(data["terms"][0]["unit"], "metres");
+    assert_eq!(data["terms"][0]["joint"], tip.index());
+    assert_eq!(data["forces"][0]["by"]["reach"]["is_proven"], true);
+    assert!(data["invalid"].is_null() && data["terms"][0].get("key").is_none());
+    problem.add(1.0, Position::new(tip, DVec3::NAN));
+    let report = solver.solve(&problem, &mut rig.rest_pose(), &mut workspace);
+    let data = serde_json::to_value(&report).unwrap();
+    assert_eq!(data["invalid"], "the objective at position 1 has a target that is not finite");
+}
