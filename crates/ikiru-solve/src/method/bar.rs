@@ -38,8 +38,13 @@ impl Bar {
     /// The patience with a start of this cost, whose hard rows are missed by so much.
     pub(crate) fn patience(&self, cost: f64, violation: f64) -> Patience {
         // Where the bar is a cost, each step must bring it a good deal nearer. Where tolerances decide, the
-        // cost that a success ends at is not known, so that more steps are given.
-        let most_steps = if self.cost_below.is_some() { 1 } else { 4 };
+        // cost that a success ends at is not known, so that more steps are given; and more again where constraints are
+        // missed, on the way to which the cost may have to rise first.
+        let most_steps = match self.cost_below {
+            Some(_) => 1,
+            None if violation > 0.0 => 8,
+            None => 4,
+        };
         Patience {
             most_steps,
             impatient: self.impatient,
