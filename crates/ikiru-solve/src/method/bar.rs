@@ -89,3 +89,53 @@ impl Patience {
         slow && !falls
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bar(cost_below: Option<f64>, impatient: bool) -> Bar {
+        Bar { cost_below, nothing: 1e-24, largest_weight: 1.0, impatient }
+    }
+
+    #[test]
+    fn a_bar_is_met_below_it_and_not_at_it() {
+        for (bar, at) in [(bar(Some(0.5), false), 0.5), (bar(None, false), 1e-24)] {
+            assert!(bar.is_met(0.9 * at) && !bar.is_met(at) && !bar.is_met(1.1 * at), "{bar:?}");
+        }
+    }
+
+    #[test]
+    fn a_start_is_given_up_where_neither_cost_nor_violation_falls_enough() {
+        // From a cost of 2 with a bar of 1, each step has to gain a tenth of what is above it.
+        for (cost, violation, is_over) in [
+            (1.89, 1.0, false),
+            (1.91, 1.0, true),
+            (1.91, 0.89, false),
+            (1.91, 0.91, true),
+            (1.0, 1.0, false),
+        ] {
+            let mut patience = bar(Some(1.0), true).patience(2.0, 1.0);
+            assert_eq!(patience.is_over(cost, violation), is_over, "{cost} {violation}");
+        }
+        // At the bar there is nothing left to gain, however slowly it got there.
+        let mut patience = bar(Some(1.0), true).patience(1.05, 1.0);
+        assert!(!patience.is_over(1.05 - 1e-9, 0.5) && !patience.is_over(1.0, 0.5));
+        // Each round is measured from the one before.
+        let mut patience = bar(Some(1.0), true).patience(2.0, 1.0);
+        assert!(!patience.is_over(1.5, 1.0) && !patience.is_over(1.44, 1.0) && patience.is_over(1.40, 1.0));
+    }
+
+    #[test]
+    fn where_tolerances_decide_a_round_has_four_steps() {
+        let mut patience = bar(None, true).patience(1.0, 0.0);
+        assert_eq!([1, 2, 3, 4].map(|_| patience.is_over(1.0, 0.0)), [false, false, false, true]);
+        assert_eq!([1, 2, 3, 4].map(|_| patience.is_over(1.0, 0.0)), [false, false, false, true]);
+    }
+
+    #[test]
+    fn nothing_is_given_up_while_nobody_waits() {
+        let mut patience = bar(Some(1.0), false).patience(2.0, 0.0);
+        assert!((0..20).all(|_| !patience.is_over(2.0, 0.0)));
+    }
+}

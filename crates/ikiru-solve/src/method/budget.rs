@@ -82,3 +82,57 @@ impl<'a> Budget<'a> {
         spent + mean > most
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ops::ControlFlow;
+    use std::sync::{Arc, Mutex};
+
+    fn options(max_iterations: usize, max_time: Option<Duration>) -> SolverOptions {
+        SolverOptions { max_iterations, max_time, ..SolverOptions::default() }
+    }
+
+    #[test]
+    fn every_start_has_as_many_iterations_and_all_are_counted() {
+        let watch = Watch::new();
+        let mut budget = Budget::new(&options(2, None), &watch);
+        let spend = |budget: &mut Budget<'_>| [1, 2, 3].map(|_| budget.spend(false, 1.0));
+        let wanted = [None, None, Some(StopReason::IterationLimit)];
+        assert_eq!(spend(&mut budget), wanted);
+        budget.restart();
+        assert_eq!(spend(&mut budget), wanted);
+        assert_eq!(budget.iterations, 4);
+        assert_eq!(budget.stop(), None);
+        assert_eq!(budget.spend(true, 1.0), Some(StopReason::ObjectiveFailed));
+    }
+
+    #[test]
+    fn who_watches_hears_of_iterations_restarts_and_cost() {
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let told = heard.clone();
+        let watch = Watch::new().on_progress(move |progress| {
+            told.lock().unwrap().push((progress.iterations, progress.restarts, progress.cost));
+            if progress.restarts == 1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let mut budget = Budget::new(&options(9, None), &watch);
+        assert_eq!([budget.spend(false, 3.0), budget.spend(false, 2.0)], [None, None]);
+        budget.restart();
+        assert_eq!(budget.spend(false, 5.0), Some(StopReason::Cancelled));
+        assert_eq!(*heard.lock().unwrap(), [(0, 0, 3.0), (1, 0, 2.0), (2, 1, 5.0)]);
+    }
+
+    #[test]
+    fn an_iteration_begins_only_where_one_of_mean_length_would_end_in_time() {
+        let ago = |secs: u64| Instant::now().checked_sub(Duration::from_secs(secs)).unwrap();
+        let watch = Watch::new();
+        let mut budget = Budget::new(&options(9, None), &watch);
+        // Two iterations took 100 seconds: another one ends after 150.
+        budget.iterations = 2;
+        for (most, is_late) in [(99, true), (120, true), (140, true), (170, false)] {
+            budget.started = Some((ago(100), Duration::from_secs(most)));
+            assert_eq!(budget.spend(false, 1.0), is_late.then_some(StopReason::TimeBudget), "{most}");
+            assert_eq!(budget.stop(), budget.is_late().then_some(StopReason::TimeBudget));
+        }
+    }
+}

@@ -245,3 +245,136 @@ impl<const ANY: bool> Hard<ANY> {
         self.weight *= FORGET;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::cases::Line;
+    use crate::words::{SolverOptions, Watch};
+
+    /// What comes of a model in so many iterations, and the damping that is left, relative to the curvature.
+    fn run(model: &mut Line, cost_below: Option<f64>, max_iterations: usize) -> (Outcome, f64) {
+        let (mut lm, watch) = (Lm::default(), Watch::new());
+        lm.fit(1);
+        let cost = model.evaluate();
+        let bar = Bar { cost_below, nothing: 0.0, largest_weight: 1.0, impatient: false };
+        let options = SolverOptions { max_iterations, ..SolverOptions::default() };
+        let (mut budget, mut effort) = (Budget::new(&options, &watch), Effort::FULL);
+        let outcome = lm.run(model, cost, &bar, &mut budget, &mut effort);
+        (outcome, effort.damping)
+    }
+
+    #[test]
+    fn it_goes_on_until_the_bar_is_met() {
+        let mut model = Line::new(|x| 10.0 - x);
+        let (outcome, _) = run(&mut model, Some(6.5), 100);
+        assert_eq!((outcome.stop, outcome.cost, model.x), (StopReason::Reached, 6.0, [4.0]));
+    }
+
+    #[test]
+    fn a_step_that_does_not_lower_the_cost_is_not_taken() {
+        let mut model = Line::new(|_| 1.0);
+        model.promise_of = |_| 0.5;
+        let (outcome, damping) = run(&mut model, None, 100);
+        assert_eq!((outcome.stop, outcome.cost, model.x), (StopReason::NoProgress, 1.0, [0.0]));
+        assert!(damping > 1e6 && model.dampings.windows(2).all(|d| d[1] > d[0]), "{damping}");
+    }
+
+    #[test]
+    fn nothing_is_begun_without_a_gradient_nor_gone_on_with_for_less_than_is_worth_it() {
+        let mut model = Line::new(|x| 10.0 - x);
+        model.gradient = 0.0;
+        assert_eq!((run(&mut model, None, 9).0.stop, model.x), (StopReason::Converged, [0.0]));
+        // A gain of 0.05 is less than a thousandth of 100, and more than a thousandth of 10.
+        for (cost_of, wanted) in [
+            ((|x| 100.0 - 0.05 * x) as fn(f64) -> f64, StopReason::Converged),
+            (|x| 10.0 - 0.05 * x, StopReason::IterationLimit),
+        ] {
+            let mut model = Line::new(cost_of);
+            model.rules.least_gain = 1e-3;
+            assert_eq!(run(&mut model, None, 9).0.stop, wanted);
+        }
+    }
+
+    #[test]
+    fn little_gains_in_a_row_end_it_only_where_all_that_is_wanted_is_there() {
+        for (is_satisfied, little_gain, wanted) in [
+            (true, 1e-2, StopReason::Converged),
+            (false, 1e-2, StopReason::IterationLimit),
+            (true, 1e-6, StopReason::IterationLimit),
+        ] {
+            let mut model = Line::new(|x| 10.0 - 0.01 * x);
+            model.is_satisfied = is_satisfied;
+            (model.rules.little_gain, model.rules.n_little) = (little_gain, 3);
+            assert_eq!(run(&mut model, None, 9).0.stop, wanted);
+            // The third of them is not taken.
+            assert!(wanted != StopReason::Converged || model.x == [2.0], "{:?}", model.x);
+        }
+    }
+
+    #[test]
+    fn damping_follows_what_steps_gain_of_what_they_promised_and_falls_with_the_cost() {
+        // The first step leads from 1 to 0.81, whose root is 0.9, and gains all, half or a fifth of what it promised.
+        for (promise_of, factor) in
+            [((|_| 0.81) as fn(f64) -> f64, 0.5), (|_| 1.0 - 0.38, 0.8), (|_| 1.0 - 0.95, 2.0)]
+        {
+            let mut model = Line::new(|x| if x == 0.0 { 1.0 } else { 0.81 });
+            model.promise_of = promise_of;
+            run(&mut model, None, 2);
+            let wanted = [2.0 * Effort::FIRST_DAMPING, 2.0 * Effort::FIRST_DAMPING * factor * 0.9];
+            assert!(model.dampings.len() == 2, "{:?}", model.dampings);
+            assert!(
+                (model.dampings[1] - wanted[1]).abs() < 1e-12 && model.dampings[0] == wanted[0],
+                "{factor}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_poor_step_is_corrected_only_where_that_leads_lower() {
+        // The trial at 1 costs 0.9; what the correction leads to costs more, as much, or less.
+        for (corrected, wanted) in [(2.0, 1.0), (3.0, 1.0), (4.0, 4.0)] {
+            let mut model = Line::new(|x| [1.0, 0.9, 0.95, 0.9, 0.8][x as usize]);
+            model.promise_of = |_| 0.1;
+            model.rules.poor = 0.5;
+            model.corrected = Some(corrected);
+            let (outcome, _) = run(&mut model, None, 1);
+            assert_eq!((model.x, outcome.cost), ([wanted], (model.cost_of)(wanted)));
+        }
+        // One that gains enough is not.
+        let mut model = Line::new(|x| [1.0, 0.9, 0.95, 0.9, 0.8][x as usize]);
+        (model.rules.poor, model.corrected) = (0.5, Some(4.0));
+        run(&mut model, None, 1);
+        assert_eq!(model.x, [1.0]);
+    }
+
+    #[test]
+    fn what_is_hard_costs_more_than_any_wish_and_less_of_it_is_asked_for_where_that_led_nowhere() {
+        // A force of 1 makes a missed metre cost 4: the wish gains 1 with each step, and misses half a metre more.
+        let mut model = Line::new(|x| 10.0 - x);
+        (model.has_forces, model.violation_of) = (true, |x| 0.5 * x);
+        let (outcome, _) = run(&mut model, None, 4);
+        assert_eq!((model.x, outcome.violation), ([0.0], 0.0));
+        assert_eq!(model.shares, [1.0, 0.5, 0.25, 0.125]);
+        // What makes good what is missed is worth a cost.
+        let mut model = Line::new(|x| 10.0 + x);
+        (model.has_forces, model.violation_of) = (true, |x: f64| (3.0 - x).max(0.0));
+        let (outcome, _) = run(&mut model, None, 3);
+        assert_eq!((model.x, outcome.violation), ([3.0], 0.0));
+        assert_eq!(model.shares, [1.0; 3]);
+    }
+
+    #[test]
+    fn a_measure_of_hard_rows_forgets_what_was_on_the_way_alone() {
+        let mut hard = Hard::<true>::new(0.5);
+        assert_eq!(hard.merit(3.0, 0.5), 3.0);
+        hard.weigh(2.0);
+        hard.weigh(1.0);
+        assert_eq!((hard.merit(3.0, 0.5), hard.merit(3.0, 0.0)), (3.0 + 4.0 * EXACT * 0.5, 3.0));
+        hard.share = 0.25;
+        hard.accept(0.25);
+        assert_eq!((hard.violation, hard.share, hard.weight), (0.25, 0.5, 4.0 * EXACT * FORGET));
+        // Where there are none, the cost is the measure.
+        assert_eq!(Hard::<false>::new(0.5).merit(3.0, 0.5), 3.0);
+    }
+}

@@ -29,3 +29,25 @@ impl Outcome {
         if own == others || !comparable { self.cost < other.cost } else { own < others }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_on_rates_come_first_then_what_is_hard_then_the_cost() {
+        let of = |cost, violation| Outcome::new(cost, violation, StopReason::Converged, true);
+        // The better one, then the worse one.
+        for (better, worse) in [
+            (of(1.0, 0.0), of(2.0, 0.0)),
+            (of(5.0, 0.1), of(1.0, 0.2)),
+            (of(5.0, 0.2), of(f64::INFINITY, 0.0)),
+            // What is missed by nothing but rounding is held.
+            (of(1.0, 0.5 * HELD), of(2.0, 0.0)),
+        ] {
+            assert!(better.is_better(&worse) && !worse.is_better(&better), "{better:?} {worse:?}");
+        }
+        let one = of(1.0, 0.1);
+        assert!(!one.is_better(&one), "nothing is better than its like");
+    }
+}

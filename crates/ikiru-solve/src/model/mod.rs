@@ -3,6 +3,8 @@
 //! The loops (`method/`, `search/`) exist once, over [`Model`]: they know coordinates, a cost, what hard rows miss, and steps,
 //! and nothing of joints, objectives or time.
 
+#[cfg(test)]
+pub(crate) mod cases;
 mod pose;
 mod rules;
 mod trajectory;

@@ -107,3 +107,38 @@ pub(crate) fn check_axis(axis: DVec3) -> Result<(), Unfit> {
         Err("has an axis that is not finite, or of length 0".into())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ikiru_testkit::rigs::Random;
+
+    #[test]
+    fn perpendiculars_are_unit_vectors_across_the_axis_and_each_other() {
+        let mut random = Random::new(1);
+        let some = (0..50).map(|_| random.vector(1.0).normalize());
+        // Near the axes, where one of the vectors that they are made from has no part across.
+        for axis in
+            DVec3::AXES.into_iter().flat_map(|a| [a, -a, (a + 0.01 * DVec3::ONE).normalize()]).chain(some)
+        {
+            let (first, second) = perpendiculars(axis);
+            for size in [
+                first.length() - 1.0,
+                second.length() - 1.0,
+                first.dot(axis),
+                second.dot(axis),
+                first.dot(second),
+            ] {
+                assert!(size.abs() < 1e-12, "{axis}: {first} {second}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_axis_has_a_length() {
+        for axis in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
+            assert!(check_axis(axis).is_err(), "{axis}");
+        }
+        assert!(check_axis(DVec3::X * 1e-90).is_ok());
+    }
+}

@@ -232,6 +232,32 @@ mod tests {
     }
 
     #[test]
+    fn about_its_axis_a_swing_changes_as_fast_as_its_ball_turns() {
+        let (about, axis) = (DVec3::Y, DVec3::X);
+        // Around 10⁻⁴ the angle is a series on one side, and a quotient on the other.
+        for swing in [0.0, 1e-9, 0.5e-4, 0.999e-4, 1.001e-4, 2e-4, 0.1, 1.5, 3.0] {
+            let (value, slope) = swing_along(DQuat::from_axis_angle(axis, swing), about, axis);
+            assert!((value - swing).abs() <= 1e-11 * swing, "{swing}: {value}");
+            assert!((slope.dot(axis) - 1.0).abs() < 1e-11, "{swing}: {slope}");
+        }
+        // Half a turn has no direction.
+        assert_eq!(swing_along(DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0), about, axis), (0.0, DVec3::ZERO));
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_refused() {
+        let rig = ikiru_testkit::rigs::random_rig(14, 3);
+        let is_hinge = |j: &JointId| matches!(rig.joints()[j.index()].motion, JointMotion::Hinge { .. });
+        let hinge = rig.ids().find(is_hinge).unwrap();
+        let with = |factor, bound| Coupling::new(&rig, &[(hinge, None, factor)], bound).unwrap();
+        assert_eq!(with(1.0, Bound::AtMost(1.0)).kind(), "coupling");
+        assert!(with(1.0, Bound::AtMost(1.0)).check().is_ok());
+        for bad in [with(f64::NAN, Bound::AtMost(1.0)), with(1.0, Bound::AtLeast(f64::INFINITY))] {
+            assert!(bad.check().unwrap_err().reason.contains("not finite"), "{bad:?}");
+        }
+    }
+
+    #[test]
     fn what_does_not_fit_is_named() {
         let rig = ikiru_testkit::rigs::random_rig(14, 3);
         let bound = Bound::AtMost(1.0);

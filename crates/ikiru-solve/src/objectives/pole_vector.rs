@@ -85,4 +85,11 @@ mod tests {
         let straight = at([DVec3::ZERO, DVec3::X, DVec3::X * 2.0]);
         assert_eq!(residual_at(&PoleVector { joints, target: DVec3::Y }, &straight), [0.0]);
     }
+    #[test]
+    fn a_target_that_is_not_finite_is_refused() {
+        let joints = [0, 1, 2].map(JointId::from_index);
+        assert!(Residual::check(&PoleVector { joints, target: DVec3::ONE }).is_ok());
+        let unfit = Residual::check(&PoleVector { joints, target: DVec3::NAN }).unwrap_err();
+        assert!(unfit.reason.contains("target"), "{unfit}");
+    }
 }

@@ -131,3 +131,6 @@ fn succeeded<M: Model>(model: &mut M, bar: &Bar, outcome: &mut Outcome) -> bool 
         None => outcome.cost.is_finite() && model.is_satisfied(),
     }
 }
+
+#[cfg(test)]
+mod tests;
