@@ -52,6 +52,66 @@ impl Objective for Drift {
     }
 }
 
+/// A joint's origin is inside a cube about the world's origin: three bounds below and three above, of which those of the last
+/// axis are closed.
+#[derive(Clone, Debug)]
+pub(crate) struct Inside {
+    pub(crate) joint: JointId,
+    pub(crate) reach: f64,
+}
+
+impl Objective for Inside {
+    fn kind(&self) -> &'static str {
+        "inside"
+    }
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.joint)?;
+        reads.part(Part::at_least(3, Unit::Metres))?;
+        reads.part(Part::at_least(3, Unit::Metres))
+    }
+    fn check(&self) -> Result<(), Unfit> {
+        Ok(())
+    }
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        let at = view.frame(0).origin.value();
+        for (part, sign) in [(0, 1.0), (1, -1.0)] {
+            let first = rows.open(part, [0, 1].map(|axis| self.reach + sign * at[axis]));
+            if rows.wants_jacobian() {
+                (0..2).for_each(|axis| rows.by_frame(first + axis, 0)[axis] = sign);
+            }
+        }
+    }
+}
+
+/// A potential that pulls some joints along their own degrees of freedom, by as much as the number of each says, bent by half
+/// of that.
+#[derive(Clone, Debug)]
+pub(crate) struct Slide {
+    pub(crate) joints: Vec<JointId>,
+}
+
+impl Objective for Slide {
+    fn kind(&self) -> &'static str {
+        "slide"
+    }
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        self.joints.iter().try_for_each(|joint| reads.motion(*joint))?;
+        reads.potential();
+        Ok(())
+    }
+    fn check(&self) -> Result<(), Unfit> {
+        Ok(())
+    }
+    fn evaluate(&self, _: &View<'_>, rows: &mut Rows<'_>) {
+        rows.add_value(2.0);
+        for motion in 0..self.joints.len() {
+            let (slope, curvature) = rows.slope(motion);
+            slope.fill(1.0 + motion as f64);
+            curvature.fill(0.5 + 0.5 * motion as f64);
+        }
+    }
+}
+
 /// A motion problem, laid out, with a state that holds some motion inside its limits.
 pub(crate) struct Case {
     pub(crate) motion: MotionProblem,
@@ -61,6 +121,29 @@ pub(crate) struct Case {
 
 /// A case by number. With `rates`, speeds and accelerations of its joints are limited to less than they are.
 pub(crate) fn case(number: u64, rates: bool) -> Case {
+    case_with(number, rates, |_, _| {})
+}
+
+/// A case by number with hard terms, bounds of which some count and some are closed, and a potential.
+pub(crate) fn case_with_forces(number: u64) -> Case {
+    case_with(number, false, |motion, random| {
+        let joints: Vec<JointId> = motion.terms().rig().ids().collect();
+        let joint = |random: &mut Random| joints[random.below(joints.len())];
+        let place = Position::new(joint(random), random.vector(0.5));
+        let place = motion.add(1.0, When::At(0.75), place).unwrap();
+        motion.term_mut(place).hard = true;
+        let reach = random.between(0.2, 0.8);
+        let inside = Inside { joint: joint(random), reach };
+        let inside = motion.add(1.0, When::Span { from: 0.5, to: 1.0 }, inside).unwrap();
+        motion.term_mut(inside).hard = random.below(2) == 0;
+        let wish = Inside { joint: joint(random), reach: 0.3 };
+        motion.add(3.0, When::Throughout, wish).unwrap();
+        let moving: Vec<JointId> = motion.terms().active().collect();
+        motion.add(0.2, When::At(0.25), Slide { joints: moving }).unwrap();
+    })
+}
+
+fn case_with(number: u64, rates: bool, add: impl Fn(&mut MotionProblem, &mut Random)) -> Case {
     let mut random = Random::new(number);
     let rig = random_rig(3 + random.below(6), number);
     let timeline = Timeline::seconds(1.0, 4.0 + random.below(6) as f64).unwrap();
@@ -88,6 +171,7 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
     }
     let joints: Vec<JointId> = motion.terms().active().collect();
     motion.add(0.05, When::Throughout, RestPose::new(&joints, random_pose(&rig, &mut random))).unwrap();
+    add(&mut motion, &mut Random::new(number));
     // Samples near each other, as in a motion: half a turn from sample to sample is a corner of the distance.
     let mut poses = vec![random_pose(&rig, &mut random)];
     for t in 1..timeline.n_samples() {

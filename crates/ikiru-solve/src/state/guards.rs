@@ -112,3 +112,61 @@ impl Guards {
         self.rows.add_transposed_of(pull, gradient);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::problem::Terms;
+    use crate::state::cases::case_with_forces;
+    use crate::words::Sense;
+
+    #[test]
+    fn rows_with_a_force_are_what_terms_miss_and_closed_ones_want_nothing() {
+        let (mut n_hard, mut n_wished, mut n_closed, mut n_missed) = (0, 0, 0, 0);
+        for number in 0..30 {
+            let mut case = case_with_forces(number);
+            let (layout, motion) = (&case.layout, &case.motion);
+            case.state.evaluate(layout, motion);
+            case.state.linearize(layout, motion);
+            let guards = &case.state.guards;
+            // Those of samples one after the other, in the order of their parts.
+            let (mut row, mut wishes) = (0, 0.0);
+            case.state.visit_wanted(motion, |sample, terms, _| {
+                for t in layout.terms.iter().filter(|t| terms.is_on(t.term)) {
+                    for idx in t.parts.clone() {
+                        let part = &layout.parts[idx];
+                        if !matches!(part.place, crate::layout::Place::Force { .. }) {
+                            continue;
+                        }
+                        let mut square = 0.0;
+                        for i in 0..part.n_rows {
+                            let guard = guards.guards[row];
+                            let residual = sample.residual[part.row + i];
+                            assert_eq!(guards.rows.residual[row], residual);
+                            assert_eq!((guard.sense, guard.weight.is_none()), (part.sense, t.is_hard));
+                            // Of the bounds, those of the last axis are closed.
+                            assert_eq!(guard.is_open, part.sense == Sense::Equal || i < 2, "case {number}");
+                            square += part.sense.missing(residual).powi(2);
+                            n_hard += usize::from(t.is_hard);
+                            n_wished += usize::from(!t.is_hard);
+                            n_closed += usize::from(!guard.is_open);
+                            row += 1;
+                        }
+                        n_missed += usize::from(square > 0.0);
+                        if !t.is_hard {
+                            let term = terms.term(t.term);
+                            wishes += term.weight * term.loss.cost(square);
+                        }
+                    }
+                }
+                true
+            });
+            assert_eq!(row, guards.guards.len());
+            // A step of nothing promises what there is.
+            let still = vec![0.0; layout.n_dofs * case.state.n_samples];
+            let (cost, violation) = guards.predicted(&still, &mut Vec::new());
+            assert!((cost - wishes).abs() < 1e-12 * (1.0 + wishes), "case {number}: {cost} {wishes}");
+            assert!((violation - case.state.violation).abs() < 1e-12, "case {number}: {violation}");
+        }
+        assert!([n_hard, n_wished, n_closed, n_missed].iter().all(|n| *n > 50));
+    }
+}

@@ -366,3 +366,118 @@ fn entries<const FORCE: bool>(layout: &Layout, run: &Run, node: &Node) -> Entrie
         None => Entries { first, by_row, by_dof, factor: 1.0 },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ikiru_rig::JointId;
+    use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+    use super::*;
+    use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
+    use crate::problem::Problem;
+    use crate::state::cases::Slide;
+    use crate::words::Unit;
+
+    /// Two parts of two rows each, which add up the degrees of freedom of two joints with factors of their own.
+    #[derive(Clone, Debug)]
+    struct Sums([JointId; 2]);
+
+    /// The factor of a degree of freedom of one of the joints in a row.
+    fn factor(row: usize, motion: usize, k: usize) -> f64 {
+        (1 + row) as f64 + 10.0 * motion as f64 + 100.0 * k as f64
+    }
+
+    impl Objective for Sums {
+        fn kind(&self) -> &'static str {
+            "sums"
+        }
+        fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+            self.0.iter().try_for_each(|joint| reads.motion(*joint))?;
+            reads.part(Part::new(2, Unit::Radians))?;
+            reads.part(Part::new(2, Unit::Radians))
+        }
+        fn check(&self) -> Result<(), Unfit> {
+            Ok(())
+        }
+        fn evaluate(&self, _: &View<'_>, rows: &mut Rows<'_>) {
+            for part in 0..2 {
+                let first = rows.open(part, [1.0 + part as f64, 3.0]);
+                if rows.wants_jacobian() {
+                    for (row, motion) in [(first, 0), (first, 1), (first + 1, 0), (first + 1, 1)] {
+                        let out = rows.by_motion(row, motion);
+                        out.iter_mut().enumerate().for_each(|(k, out)| *out = factor(row, motion, k));
+                    }
+                }
+            }
+        }
+    }
+
+    /// A rig, and some of its joints that move.
+    fn moving(number: u64) -> (Problem, Vec<JointId>) {
+        let rig = random_rig(9, number);
+        let problem = Problem::whole_body(&rig);
+        let joints: Vec<JointId> = problem.active().collect();
+        (problem, joints)
+    }
+
+    fn linearized(problem: &Problem, layout: &Layout, plain: bool) -> State {
+        let mut state = State::new(layout);
+        assert!(state.load(layout, &random_pose(problem.rig(), &mut Random::new(1))));
+        state.evaluate(layout, problem);
+        state.linearize(layout, problem, plain);
+        state
+    }
+
+    #[test]
+    fn rows_of_every_part_are_scaled_by_the_root_of_its_weight() {
+        for number in 0..10 {
+            let (mut problem, joints) = moving(number);
+            // The second of two terms: its derivatives do not lie at the beginning.
+            let pairs = [[joints[0], joints[1]], [joints[2], joints[joints.len() - 1]]];
+            pairs.iter().for_each(|pair| _ = problem.add(9.0, Sums(*pair)));
+            let layout = Layout::new(&problem).unwrap();
+            for (plain, root) in [(false, 3.0), (true, 1.0)] {
+                let state = linearized(&problem, &layout, plain);
+                for (t, pair) in layout.terms.iter().zip(pairs) {
+                    for part in &layout.parts[t.parts.clone()] {
+                        for row in 0..2 {
+                            let residual = state.residual[part.row + row];
+                            assert_eq!(state.scaled[part.row + row], root * residual);
+                            for (motion, joint) in pair.into_iter().enumerate() {
+                                let m = layout.movers.iter().find(|m| m.joint == joint).unwrap();
+                                for k in 0..m.n_dofs {
+                                    let entry = state.entry(&layout, t, part, row, m.dof + k);
+                                    assert_eq!(entry, root * factor(part.slot + row, motion, k));
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn potentials_pull_by_half_their_slope_with_half_their_curvature() {
+        for number in 0..10 {
+            let (mut problem, joints) = moving(number);
+            let (some, others) = joints.split_at(joints.len() / 2);
+            let terms = [(0.5, some), (4.0, others)];
+            terms
+                .iter()
+                .for_each(|(weight, joints)| _ = problem.add(*weight, Slide { joints: joints.to_vec() }));
+            let layout = Layout::new(&problem).unwrap();
+            let state = linearized(&problem, &layout, false);
+            for (weight, joints) in terms {
+                for (motion, joint) in joints.iter().enumerate() {
+                    let m = layout.movers.iter().find(|m| m.joint == *joint).unwrap();
+                    for dof in m.dof..m.dof + m.n_dofs {
+                        let slope = 1.0 + motion as f64;
+                        assert_eq!(state.own_gradient[dof], 0.5 * weight * slope);
+                        assert_eq!(state.own_curvature[dof], 0.25 * weight * slope);
+                    }
+                }
+            }
+        }
+    }
+}
