@@ -1,9 +1,12 @@
 //! Steps with forces against every way in which limits may hold and rows may act, by plain elimination.
 
-use ikiru_testkit::rigs::Random;
+use ikiru_rig::{JointId, retract_joint};
+use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
 use super::*;
 use crate::algebra::rows::Dense;
+use crate::objectives::Position;
+use crate::state::cases::Inside;
 
 /// Degrees of freedom, and rows of the base.
 const N: usize = 4;
@@ -313,4 +316,81 @@ fn rows_that_nothing_answers_have_no_say() {
         case.forces.jacobian[N..].fill(0.0);
         assert_eq!(case.solve(), alone, "case {number}");
     }
+}
+
+/// A problem with a hard place, bounds that are hard and bounds that are wished for, of which the last axes are closed.
+fn bounded(number: u64) -> Problem {
+    let mut random = Random::new(number);
+    let rig = random_rig(8, number);
+    let mut problem = Problem::whole_body(&rig);
+    let joint = |random: &mut Random| JointId::from_index(random.below(rig.n_joints()));
+    problem.add(0.7, Position::new(joint(&mut random), random.vector(1.0)));
+    problem.add_hard(Position::new(joint(&mut random), random.vector(1.0)));
+    problem.add_hard(Inside { joint: joint(&mut random), reach: 0.3 });
+    problem.add(3.0, Inside { joint: joint(&mut random), reach: 0.2 });
+    problem
+}
+
+#[test]
+fn what_is_taken_over_of_a_state_foretells_what_short_steps_lead_to() {
+    let (mut n_violated, mut n_wished, mut n_closed) = (0, 0, 0);
+    for number in 0..40 {
+        let mut random = Random::new(number);
+        let problem = bounded(number);
+        let layout = Layout::new(&problem).unwrap();
+        let mut state = State::new(&layout);
+        assert!(state.load(&layout, &random_pose(problem.rig(), &mut random)));
+        state.evaluate(&layout, &problem);
+        state.linearize(&layout, &problem, false);
+        let mut forces = Forces::new(&layout);
+        forces.force.fill(1.0);
+        forces.begin(&layout, &state, &problem);
+        let wanted_of = |state: &State| {
+            let mut residuals = vec![0.0; layout.n_force_rows];
+            let (mut is_open, mut wishes) = (vec![false; layout.n_force_rows], 0.0);
+            for t in &layout.terms {
+                let term = &problem.terms()[t.term];
+                for idx in t.parts.clone() {
+                    let part = &layout.parts[idx];
+                    let Place::Force { first } = part.place else { continue };
+                    for i in 0..part.n_rows {
+                        residuals[first + i] = state.residual[part.row + i];
+                        is_open[first + i] = part.sense == Sense::Equal || i < 2;
+                    }
+                    wishes += if t.is_hard { 0.0 } else { term.weight * state.squares[idx] };
+                }
+            }
+            (residuals, is_open, wishes)
+        };
+        let (before, is_open, _) = wanted_of(&state);
+        for (row, data) in forces.rows.iter().enumerate() {
+            assert_eq!(
+                (data.residual, data.is_open),
+                (before[row], is_open[row]),
+                "case {number}, row {row}"
+            );
+            // What is closed has no force.
+            assert_eq!(forces.force[row], f64::from(u8::from(is_open[row])));
+            n_closed += usize::from(!is_open[row]);
+        }
+        let short = 1e-5;
+        let delta: Vec<f64> = (0..layout.n_dofs).map(|_| random.between(-short, short)).collect();
+        for m in &layout.movers {
+            let coords = &mut state.coords[m.coord..m.coord + m.n_coords];
+            retract_joint(&m.motion, coords, &delta[m.dof..m.dof + m.n_dofs]);
+        }
+        state.evaluate(&layout, &problem);
+        let (cost, violation) = forces.predicted(&layout, &problem, &delta);
+        let (_, _, wishes) = wanted_of(&state);
+        assert!((violation - state.violation).abs() < 1e-3 * short, "case {number}: {violation}");
+        assert!((cost - wishes).abs() < 1e-3 * short, "case {number}: {cost} {wishes}");
+        n_violated += usize::from(violation > 0.0);
+        n_wished += usize::from(cost > 0.0);
+        // Aimed from there, the step is from where the model begins.
+        forces.aim_from(&layout, &state, &delta);
+        for row in (0..before.len()).filter(|row| is_open[*row]) {
+            assert!((forces.now[row] - before[row]).abs() < 1e-3 * short, "case {number}, row {row}");
+        }
+    }
+    assert!([n_violated, n_wished, n_closed].iter().all(|n| *n > 10), "{n_violated} {n_wished} {n_closed}");
 }
