@@ -12,9 +12,11 @@ use crate::problem::Problem;
 use crate::words::Sense;
 
 mod signature;
+mod tree;
 
 pub(crate) use crate::objective::places::{JointRead, PartLayout, Place, Run, TermLayout};
 pub(crate) use signature::Signature;
+use tree::depth_first;
 
 /// No parent in the reduced tree.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -472,29 +474,6 @@ impl Layout {
                 .copy_from_slice(&coords[m.coord..m.coord + m.n_coords]);
         }
     }
-}
-
-/// All joints, each with everything below it in one run.
-fn depth_first(rig: &Rig) -> Vec<JointId> {
-    let n = rig.n_joints();
-    // Children as linked lists, filled from the back so that they come out in order.
-    let (mut first_child, mut next_sibling) = (vec![None; n], vec![None; n]);
-    let mut first_root = None;
-    for id in rig.ids().rev() {
-        let head = match rig.joints()[id.index()].parent {
-            Some(parent) => &mut first_child[parent.index()],
-            None => &mut first_root,
-        };
-        next_sibling[id.index()] = head.replace(id);
-    }
-    let mut order = Vec::with_capacity(n);
-    let mut stack = Vec::from_iter(first_root);
-    while let Some(id) = stack.pop() {
-        order.push(id);
-        stack.extend(next_sibling[id.index()]);
-        stack.extend(first_child[id.index()]);
-    }
-    order
 }
 
 /// A rig has at most 100,000 joints of at most 6 degrees of freedom, so that this never saturates.

@@ -4,6 +4,7 @@ mod error;
 pub(crate) mod motion;
 mod path;
 pub(crate) mod sample_terms;
+mod samples;
 pub(crate) mod term;
 mod timeline;
 pub(crate) mod track;

@@ -29,7 +29,7 @@ fn until(most: usize) -> (Watch, Arc<Mutex<Vec<Progress>>>) {
     let heard = Arc::new(Mutex::new(Vec::new()));
     let kept = Arc::clone(&heard);
     let watch = Watch::new().on_progress(move |progress| {
-        kept.lock().unwrap().push(progress);
+        kept.lock().expect("no thread panics").push(progress);
         if progress.iterations < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
     (watch, heard)
