@@ -301,7 +301,7 @@ impl MotionProblem {
     /// Limits on the speed and acceleration of joints, in the place of those before. They are hard: they hold
     /// anywhere on the curve of [`Clip::sample_cubic`](ikiru_rig::Clip::sample_cubic), between samples too, and what
     /// cannot be reached in time is missed. Where no motion was found that keeps them, they are exceeded, and the
-    /// [report](crate::MotionReport::exceeded) says why that can be, and names joint and time.
+    /// [report](crate::Report::exceeded) says why that can be, and names joint and time.
     ///
     /// Needs [`Method::Lm`](crate::Method::Lm), unless the [duration is free](Self::set_free_duration).
     ///
