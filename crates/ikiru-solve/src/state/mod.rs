@@ -411,3 +411,64 @@ fn is_valid(motion: &JointMotion, coords: &[f64]) -> bool {
     };
     finite && (q.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 2e-6
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use ikiru_rig::Range;
+    use ikiru_testkit::rigs::random_rig;
+
+    use super::*;
+    use crate::objective::{Part, Reads, Unfit};
+    use crate::problem::Problem;
+    use crate::words::Unit;
+
+    /// As many rows of 1 as it is told to open.
+    #[derive(Clone, Debug)]
+    struct Open(JointId, usize);
+
+    impl Objective for Open {
+        fn kind(&self) -> &'static str {
+            "open"
+        }
+        fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+            reads.frame(self.0)?;
+            reads.part(Part::new(3, Unit::Metres))
+        }
+        fn check(&self) -> Result<(), Unfit> {
+            Ok(())
+        }
+        fn evaluate(&self, _: &View<'_>, rows: &mut Rows<'_>) {
+            (0..self.1).for_each(|_| _ = rows.open(0, [1.0]));
+        }
+    }
+
+    #[test]
+    fn a_row_that_is_no_longer_opened_wants_nothing() {
+        let rig = random_rig(4, 1);
+        let mut problem = Problem::whole_body(&rig);
+        let term = problem.add(2.0, Open(JointId::from_index(3), 3));
+        let layout = Layout::new(&problem).unwrap();
+        let mut state = State::new(&layout);
+        assert!(state.load(&layout, &rig.rest_pose()));
+        for n_open in [3, 1, 2, 0, 3] {
+            problem.get_mut(term).unwrap().1 = n_open;
+            assert_eq!(state.evaluate(&layout, &problem), 2.0 * n_open as f64);
+            assert_eq!((state.squares[0], state.n_open[0]), (n_open as f64, n_open));
+            let open = state.residual[..3].iter().filter(|r| **r == 1.0).count();
+            assert!(open == n_open && state.residual[n_open..3].iter().all(|r| *r == 0.0));
+        }
+    }
+
+    #[test]
+    fn coordinates_are_finite_and_quaternions_of_unit_length() {
+        let ball = JointMotion::BALL;
+        let hinge = JointMotion::Hinge { axis: DVec3::X, range: Range::UNLIMITED };
+        assert!(is_valid(&ball, &[0.0, 0.0, 0.6, 0.8]) && is_valid(&hinge, &[5.0]));
+        for length in [0.0, 1.0 - 2e-6, 1.0 + 2e-6] {
+            assert!(!is_valid(&ball, &[0.0, 0.0, 0.0, length]), "{length}");
+        }
+        assert!(is_valid(&ball, &[0.0, 0.0, 0.0, 1.0 + 0.5e-6]));
+        assert!(!is_valid(&ball, &[f64::NAN, 0.0, 0.0, 1.0]) && !is_valid(&hinge, &[f64::INFINITY]));
+    }
+}
