@@ -184,9 +184,10 @@ pub use ikiru_rig::{
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
-    EvaluatedRow, Evaluation, Force, ForceBy, Hint, LimitKind, Loss, Method, MotionEvaluation, MotionProblem,
-    MotionWorkspace, Objective, PlannedMotion, Problem, Report, Residual, Search, Solver, SolverOptions,
-    StopReason, TargetPath, TermId, Timeline, Tolerance, Unit, When, Workspace,
+    AdamOptions, EvaluatedRow, Evaluation, Force, ForceBy, Hint, Invalid, LimitKind, Loss, Method,
+    MotionEvaluation, MotionProblem, MotionWorkspace, Objective, Part, PartReport, PlannedMotion, Problem,
+    Progress, Reads, Report, Residual, Rows, Search, Sense, Solver, SolverOptions, StopReason, TargetPath,
+    TermId, TermReport, TermTimes, Timeline, Tolerance, Unfit, Unit, View, Watch, When, Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.

@@ -251,7 +251,8 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// The report of a term; `None` where there is none: the input was invalid, or the id is of another problem.
+    /// The report of a term; `None` where there is none: the input was invalid, or the term was removed. The id is one of the
+    /// problem's that was solved, or of a copy of it.
     #[must_use]
     pub fn get<T>(&self, id: TermId<T>) -> Option<&TermReport> {
         self.terms.binary_search_by_key(&id.key, |term| term.key).ok().map(|at| &self.terms[at])

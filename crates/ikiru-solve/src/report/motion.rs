@@ -45,6 +45,9 @@ pub(crate) fn report_terms(
     let mut add = |state: &State, terms: &SampleTerms<'_>, sample: usize| {
         for (t, report) in layout.terms.iter().zip(&mut *reports).filter(|(t, _)| terms.is_on(t.term)) {
             let loss = terms.term(t.term).loss;
+            if t.has_potential && terms.term(t.term).is_on && !t.is_hard {
+                report.cost += report.weight * state.values[t.term];
+            }
             for (idx, part) in layout.reported_parts(t).enumerate() {
                 let length = state.squares[part].sqrt();
                 if terms.term(t.term).is_on && !t.is_hard {

@@ -119,10 +119,14 @@ fn a_potential_pulls_to_its_least_value_in_poses_and_motions() {
         assert!(is_there(&pose), "{}: {:?}", method.name(), report.stop);
     }
     let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 4.0).unwrap());
-    motion.add(2.0, When::Throughout, valley).unwrap();
+    let valley = motion.add(2.0, When::Throughout, valley).unwrap();
     let guess = Clip::still(random_pose(&rig, &mut Random::new(2)));
     let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
-    assert!(planned.clip.poses().iter().all(is_there), "{:?}", planned.report);
+    let report = &planned.report;
+    assert!(planned.clip.poses().iter().all(is_there), "{report:?}");
+    // What the potential costs is told of its term: some joints stop short of it.
+    let of_smoothness: f64 = report.smoothness.iter().sum();
+    assert!((report.cost - of_smoothness - report[valley].cost).abs() < 1e-12 * report.cost);
 }
 
 /// Keeps a joint out of balls: a row for each that is near, and none for the others.
