@@ -304,9 +304,9 @@ fn the_best_pose_so_far_comes_back_when_time_or_iterations_are_over() {
         assert!(matches!(report.stop, StopReason::TimeBudget | StopReason::Reached), "{:?}", report.stop);
         assert_eq!(report.iterations, 0);
         let short = SolverOptions { max_time: Some(Duration::from_millis(2)), ..search(1_000_000) };
-        let began = std::time::Instant::now();
-        solve(short, &problem, &mut start.clone());
-        assert!(began.elapsed() < Duration::from_millis(200), "case {number}");
+        // A million restarts would go on for minutes.
+        let report = Solver::new(short).solve(&problem, &mut start.clone(), &mut workspace);
+        assert!(report.success || report.stop == StopReason::TimeBudget, "case {number}: {:?}", report.stop);
     }
     assert!(n_cut > 60, "{n_cut}");
 }
