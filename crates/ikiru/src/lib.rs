@@ -155,7 +155,7 @@
 //! | `formats` | [`formats`]: readers and writers of files | yes |
 //! | `scenario` | [`scenario`]: scenario files; with `formats` | yes |
 //! | `builtin` | the rigs and scenarios that come with the library, such as `builtin:human`; with `formats` | yes |
-//! | `serde` | `Serialize` for [`Pose`] and [`Clip`], and their data to read them back from ([`rig::PoseData`]) | no |
+//! | `serde` | `Serialize` for [`Pose`], [`Clip`] and [`Report`], and data to read the first two back from ([`rig::PoseData`]) | no |
 //! | `ipopt` | the method `ipopt`, through the system's Ipopt | no |
 //!
 //! Without any, rigs are built by [`RigBuilder`], and nothing is compiled but what solves.
