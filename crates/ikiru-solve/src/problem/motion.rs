@@ -9,7 +9,7 @@ use crate::problem::MotionError;
 use crate::problem::Problem;
 use crate::problem::Timeline;
 use crate::problem::When;
-use crate::problem::term::{AnyObjective, Term, TermId};
+use crate::problem::term::{AnyObjective, Term, TermId, Tolerance};
 use crate::problem::track::{Track, n_earlier, reads_the_same};
 
 /// Which joints may move, what is wanted when, how smooth the motion should be, and which samples are given.
@@ -109,6 +109,22 @@ impl MotionProblem {
         Ok(self.base.add(weight, objective))
     }
 
+    /// Adds an objective as a constraint at a time, over a span or throughout: [hard](Term::hard), within
+    /// [`Tolerance::HARD`] at every sample.
+    ///
+    /// # Errors
+    /// A time that is not on the timeline, or a span that ends before it begins.
+    pub fn add_hard<T: Objective + Clone>(
+        &mut self,
+        when: When,
+        objective: T,
+    ) -> Result<TermId<T>, MotionError> {
+        let id = self.add(1.0, when, objective)?;
+        let term = self.term_mut(id);
+        (term.hard, term.tolerance) = (true, Tolerance::HARD);
+        Ok(id)
+    }
+
     /// Adds an objective that moves in time: `at` gives it for each sample of the span (seconds), always with the
     /// same joints and parts. The objective that the id leads to is that of the first sample, for looking at.
     ///
@@ -194,7 +210,7 @@ impl MotionProblem {
 
     /// The weight of even spacing: `w Σₜ (ℓₜ − ℓ̄)²`, where `ℓₜ` is the length of the step to the next sample over all
     /// degrees of freedom (radians and metres) and `ℓ̄` the mean of all steps. Key poses far apart then take longer to
-    /// go between than near ones. 0, none, is the default.
+    /// go between than near ones. The default is 0: lengths are not compared.
     ///
     /// # Errors
     /// A weight that is not finite or below 0.
@@ -207,8 +223,8 @@ impl MotionProblem {
     }
 
     /// Whether the body stands still before the first and after the last sample. If so, getting into motion and coming to
-    /// a stop count for acceleration and jerk as they do in between: the motion sets in and ends softly. By
-    /// default at neither: a motion then begins and ends at any speed.
+    /// a stop count for acceleration and jerk as they do in between: the motion sets in and ends softly. The
+    /// default is false for both: a motion then begins and ends at any speed.
     pub fn set_at_rest(&mut self, start: bool, end: bool) {
         self.at_rest = [start, end];
     }

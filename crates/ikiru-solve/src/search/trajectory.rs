@@ -8,7 +8,7 @@ use crate::search::Starts;
 use crate::search::seeds::Seeds;
 use crate::words::Method;
 
-/// Most restarts of a motion that limits on rates keep from what it reaches without them.
+/// Most restarts of a motion that meets everything without limits on rates, and misses something inside them.
 const MOST_RATE_BOUND: usize = 2;
 /// Keys beside each other in the sequence of starts are so many poses apart.
 const SEEDS_APART: usize = 17;

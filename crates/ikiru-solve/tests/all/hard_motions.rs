@@ -41,7 +41,7 @@ fn case(number: u64, n_samples: usize) -> (Rig, MotionProblem) {
             _ => Bound::AtMost(all.fold(0.0, f64::max) + 0.01),
         };
         if a != b {
-            hard(&mut motion, When::Throughout, Distance::new([a, b], bound));
+            motion.add_hard(When::Throughout, Distance::new([a, b], bound)).unwrap();
         }
     }
     let hinge = |j: &JointId| {
@@ -52,15 +52,9 @@ fn case(number: u64, n_samples: usize) -> (Rig, MotionProblem) {
         let value = poses[n_samples / 2].value(joint).unwrap();
         let time = timeline.time(n_samples / 2);
         let coupling = Coupling::new(&rig, &[(joint, None, 1.0)], Bound::Exactly(value)).unwrap();
-        hard(&mut motion, When::At(time), coupling);
+        motion.add_hard(When::At(time), coupling).unwrap();
     }
     (rig, motion)
-}
-
-fn hard<T: Objective + Clone>(motion: &mut MotionProblem, when: When, objective: T) {
-    let id = motion.add(1.0, when, objective).unwrap();
-    let term = motion.term_mut(id);
-    (term.hard, term.tolerance) = (true, Tolerance::HARD);
 }
 
 fn plan(motion: &MotionProblem, rig: &Rig, options: SolverOptions) -> PlannedMotion<'static> {
@@ -141,8 +135,8 @@ fn constraints_that_contradict_each_other_are_named() {
     let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
     let apart =
         rig.rest_pose().frame(a).unwrap().position.distance(rig.rest_pose().frame(b).unwrap().position);
-    hard(&mut motion, When::Throughout, Distance::new([a, b], Bound::AtMost(apart)));
-    hard(&mut motion, When::At(0.6), Distance::new([a, b], Bound::AtLeast(apart + 0.1)));
+    motion.add_hard(When::Throughout, Distance::new([a, b], Bound::AtMost(apart))).unwrap();
+    motion.add_hard(When::At(0.6), Distance::new([a, b], Bound::AtLeast(apart + 0.1))).unwrap();
     for method in [Method::Lm, Method::Adam(AdamOptions::DEFAULT)] {
         let report =
             plan(&motion, &rig, SolverOptions { method, max_iterations: 200, ..Default::default() }).report;
@@ -156,7 +150,7 @@ fn constraints_that_contradict_each_other_are_named() {
     // A constraint that given samples do not meet, and nothing else can.
     let mut settled = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
     settled.fix_start(&rig.rest_pose()).unwrap();
-    hard(&mut settled, When::At(0.0), Distance::new([a, b], Bound::AtLeast(apart + 0.1)));
+    settled.add_hard(When::At(0.0), Distance::new([a, b], Bound::AtLeast(apart + 0.1))).unwrap();
     let report = plan(&settled, &rig, SolverOptions::default()).report;
     assert!(matches!(report.invalid, Some(Invalid::Term(0, _))));
 }

@@ -129,8 +129,11 @@ fn nor_does_a_second_plan_of_a_motion_of_the_same_shape() {
         let joints: Vec<JointId> = motion.terms().active().collect();
         motion.add(0.01, When::Throughout, RestPose::new(&joints, rig.rest_pose())).unwrap();
         let ahead = Distance::new([tip, led], Bound::AtLeast(0.1));
-        let hard = motion.add(1.0, When::At(0.5), ahead).unwrap();
-        motion.term_mut(hard).hard = case % 3 == 0;
+        if case % 3 == 0 {
+            motion.add_hard(When::At(0.5), ahead).unwrap();
+        } else {
+            motion.add(1.0, When::At(0.5), ahead).unwrap();
+        }
         motion.set_even_spacing(if case % 4 == 1 { 0.1 } else { 0.0 }).unwrap();
         motion.fix_start(&rig.rest_pose()).unwrap();
         let guess = Clip::still(rig.rest_pose());
