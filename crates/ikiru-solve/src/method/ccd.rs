@@ -10,6 +10,7 @@ use ikiru_rig::Vec3;
 use crate::layout::{Layout, Mover, NONE, TermLayout};
 use crate::method::turn::{Pull, nudge, room};
 use crate::method::{Bar, Budget, Outcome};
+use crate::model::PoseModel;
 use crate::objective::Reach;
 use crate::problem::Problem;
 use crate::state::State;
@@ -52,16 +53,15 @@ impl Ccd {
         }
     }
 
-    /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
+    /// Improves the pose of a model, whose cost is `cost` and which was evaluated last.
     pub(crate) fn run(
         &mut self,
-        layout: &Layout,
-        problem: &Problem,
-        state: &mut State,
+        model: &mut PoseModel<'_>,
         cost: f64,
         bar: &Bar,
         budget: &mut Budget<'_>,
     ) -> Outcome {
+        let (layout, problem, state) = (model.layout, model.problem, &mut *model.state);
         let mut cost = cost;
         let mut patience = bar.patience(cost, 0.0);
         let is_closed = self.find_effectors(layout, problem);

@@ -9,6 +9,7 @@ use ikiru_rig::{JointMotion, Vec3};
 use crate::layout::{Layout, Mover, NONE, Node};
 use crate::method::turn::{Pull, nudge, room};
 use crate::method::{Bar, Budget, Outcome};
+use crate::model::PoseModel;
 use crate::objective::Reach;
 use crate::problem::Problem;
 use crate::state::State;
@@ -57,16 +58,15 @@ impl Fabrik {
         }
     }
 
-    /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
+    /// Improves the pose of a model, whose cost is `cost` and which was evaluated last.
     pub(crate) fn run(
         &mut self,
-        layout: &Layout,
-        problem: &Problem,
-        state: &mut State,
+        model: &mut PoseModel<'_>,
         cost: f64,
         bar: &Bar,
         budget: &mut Budget<'_>,
     ) -> Outcome {
+        let (layout, problem, state) = (model.layout, model.problem, &mut *model.state);
         self.find_effectors(layout, problem);
         self.best.copy_from_slice(&state.coords);
         let (mut best, mut cost) = (cost, cost);

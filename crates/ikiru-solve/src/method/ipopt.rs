@@ -15,6 +15,7 @@ use ikiru_rig::{Cone, JointMotion, maths};
 
 use crate::layout::{Layout, Place};
 use crate::method::{Bar, Budget, Outcome};
+use crate::model::PoseModel;
 use crate::problem::Problem;
 use crate::state::State;
 use crate::state::gradient::whole_gradient;
@@ -46,16 +47,15 @@ impl Ipopt {
         Self { best: zeros.clone(), asked: zeros, gradient: vec![0.0; layout.n_dofs] }
     }
 
-    /// Improves the pose in `state`, whose cost is `cost` and which was evaluated last.
+    /// Improves the pose of a model, whose cost is `cost` and which was evaluated last.
     pub(crate) fn run(
         &mut self,
-        layout: &Layout,
-        problem: &Problem,
-        state: &mut State,
+        model: &mut PoseModel<'_>,
         cost: f64,
         bar: &Bar,
         budget: &mut Budget<'_>,
     ) -> Outcome {
+        let (layout, problem, state) = (model.layout, model.problem, &mut *model.state);
         let outcome = |stop| Outcome::new(cost, state.violation, stop, true);
         if bar.is_met(cost) && state.holds(layout, problem) {
             return outcome(StopReason::Reached);

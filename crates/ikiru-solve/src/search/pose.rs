@@ -68,10 +68,10 @@ impl<'a> Starts for PoseStarts<'a> {
         match method {
             Method::Lm => methods.lm.run(model, cost, bar, budget, &mut { Effort::FULL }),
             Method::Adam(options) => methods.adam.run(options, model, cost, bar, budget),
-            Method::Ccd => memory.ccd.run(model.layout, model.problem, model.state, cost, bar, budget),
-            Method::Fabrik => memory.fabrik.run(model.layout, model.problem, model.state, cost, bar, budget),
+            Method::Ccd => memory.ccd.run(model, cost, bar, budget),
+            Method::Fabrik => memory.fabrik.run(model, cost, bar, budget),
             #[cfg(feature = "ipopt")]
-            Method::Ipopt => memory.ipopt.run(model.layout, model.problem, model.state, cost, bar, budget),
+            Method::Ipopt => memory.ipopt.run(model, cost, bar, budget),
         }
     }
 }
