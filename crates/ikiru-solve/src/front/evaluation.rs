@@ -86,8 +86,14 @@ impl Evaluation {
     ///
     /// # Errors
     /// What a solve would refuse: a term that does not fit or gives no finite residual, a pose of another rig or with numbers
-    /// that are not finite.
+    /// that are not finite. There are then no rows, terms and forces, and the cost is infinite.
     pub fn at(&mut self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
+        (self.cost, self.violation) = (f64::INFINITY, 0.0);
+        self.rows.clear();
+        self.jacobian.clear();
+        self.terms.clear();
+        self.explainer.forces.clear();
+        self.gradient.fill(0.0);
         self.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit.into()))?;
         if !pose.rig().is_same(problem.rig()) {
             return Err(Invalid::Pose(InvalidPose::OtherRig));
@@ -97,23 +103,21 @@ impl Evaluation {
             return Err(Invalid::Pose(InvalidPose::NotFinite));
         }
         state.memory.failure = None;
-        self.cost = state.differentiate(layout, problem);
+        let cost = state.differentiate(layout, problem);
         if let Some((term, reason)) = state.memory.failure.take() {
             return Err(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
         }
-        if !(self.cost + state.violation).is_finite() {
+        if !(cost + state.violation).is_finite() {
             return Err(invalid_term(layout, state));
         }
+        self.cost = cost;
         self.violation = if layout.n_force_rows > 0 { state.violation } else { 0.0 };
-        self.terms.clear();
         report_terms(layout, problem, state, &mut self.terms);
         let success = self.terms.iter().all(|t| t.satisfied || !t.mandatory);
-        self.explainer.forces.clear();
         self.unmet.forget();
         // Linearizes, rows scaled by their weights.
         explain(layout, problem, state, &self.terms, (&mut self.explainer, &mut self.unmet), success);
         whole_gradient(layout, state, 0.0, &mut self.of_layout);
-        self.gradient.fill(0.0);
         self.dofs.iter().zip(&self.of_layout).for_each(|(dof, g)| self.gradient[*dof] = *g);
         self.write_rows(problem);
         Ok(())
@@ -137,8 +141,6 @@ impl Evaluation {
     /// Writes the rows that are open, and their derivatives without weights.
     fn write_rows(&mut self, problem: &Problem) {
         let Self { layout, state, rows, jacobian, gradient, dofs, .. } = self;
-        rows.clear();
-        jacobian.clear();
         state.differentiate(layout, problem);
         state.linearize(layout, problem, true);
         for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {

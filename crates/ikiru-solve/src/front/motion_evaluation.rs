@@ -47,8 +47,13 @@ impl MotionEvaluation {
     ///
     /// # Errors
     /// What a plan would refuse: a term that does not fit or gives no finite residual, a clip of another rig or with numbers
-    /// that are not finite.
+    /// that are not finite. There are then no rows and terms, and the cost is infinite.
     pub fn at(&mut self, motion: &MotionProblem, clip: &Clip) -> Result<(), Invalid> {
+        self.cost = f64::INFINITY;
+        self.rows.clear();
+        self.sources.clear();
+        self.terms.clear();
+        self.gradient.fill(0.0);
         let unfit = |(term, unfit): (usize, Unfit)| Invalid::Term(term, unfit.into());
         motion.check_moving(&mut TermReads::default()).map_err(unfit)?;
         let mut led = Vec::new();
@@ -63,22 +68,21 @@ impl MotionEvaluation {
         self.n_dofs = motion.rig().n_dofs();
         self.load(motion, clip)?;
         let Self { layout, state, .. } = self;
-        self.cost = state.differentiate(layout, motion);
+        let cost = state.differentiate(layout, motion);
         if let Some((term, reason)) = state.failure {
             return Err(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
         }
-        if !(self.cost + state.violation).is_finite() {
+        if !(cost + state.violation).is_finite() {
             return Err(match state.not_finite(layout, motion) {
                 Some(term) => Invalid::Term(term, InvalidTerm::NotFiniteAtSample),
                 None => Invalid::Pose(InvalidPose::Cost),
             });
         }
+        self.cost = cost;
         report_terms(layout, motion, state, &mut self.terms);
         state.linearize(layout, motion);
-        self.of_layout.clear();
-        self.of_layout.extend_from_slice(&state.gradient);
-        state.rows.add_transposed(&state.rows.residual, &mut self.of_layout);
-        state.guards.add_half_gradient(0.0, &mut self.of_layout);
+        self.of_layout.resize(state.gradient.len(), 0.0);
+        state.write_half_gradient(0.0, &mut self.of_layout);
         self.gradient.clear();
         self.gradient.resize(self.n_dofs * state.n_samples, 0.0);
         for t in (0..state.n_samples).filter(|t| !state.is_given[*t]) {
@@ -110,8 +114,6 @@ impl MotionEvaluation {
     /// Finds the rows that are open, in the order in which they were linearized.
     fn find_rows(&mut self, motion: &MotionProblem) {
         let Self { layout, state, rows, sources, .. } = self;
-        rows.clear();
-        sources.clear();
         let (mut of_step, mut of_force) = (0, 0);
         for (i, t) in state.keyed.iter().enumerate() {
             let (terms, sample) = (motion.wanted_at(*t), &state.samples[i]);

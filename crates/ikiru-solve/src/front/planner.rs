@@ -261,9 +261,7 @@ impl Solver {
             start_projected,
             hint,
             invalid: failure.map(|(term, reason)| Invalid::Term(term, InvalidTerm::GaveUp(reason))),
-            terms: Cow::Borrowed(&[]),
-            forces: Cow::Borrowed(&[]),
-            exceeded: Cow::Borrowed(&[]),
+            ..Report::EMPTY
         })
     }
 

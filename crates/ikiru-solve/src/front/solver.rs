@@ -1,7 +1,5 @@
 //! The solver: options on one side, a problem, a pose and a workspace on the other, a report out.
 
-use std::borrow::Cow;
-
 use ikiru_rig::Pose;
 
 use crate::front::options::check_options;
@@ -18,9 +16,7 @@ use crate::report::{Report, TermReport};
 use crate::search::{PoseStarts, PoseStartsMemory, Searcher};
 use crate::state::State;
 use crate::step::pose::StepSolver;
-use crate::words::StopReason;
-use crate::words::Watch;
-use crate::words::{Method, SolverOptions};
+use crate::words::{Method, SolverOptions, StopReason, Watch};
 
 /// Solves problems by its options. Cheap to make and to copy: memory is the [`Workspace`]'s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -187,21 +183,7 @@ impl Solver {
             w.unmet.forget();
         }
         let invalid = failure.map(|(term, reason)| Invalid::Term(term, InvalidTerm::GaveUp(reason)));
-        Report {
-            success,
-            stop,
-            cost,
-            iterations,
-            restarts,
-            start_projected,
-            hint,
-            invalid,
-            smoothness: [0.0; 3],
-            spacing: 0.0,
-            terms: Cow::Borrowed(&[]),
-            forces: Cow::Borrowed(&[]),
-            exceeded: Cow::Borrowed(&[]),
-        }
+        Report { success, stop, cost, iterations, restarts, start_projected, hint, invalid, ..Report::EMPTY }
     }
 }
 

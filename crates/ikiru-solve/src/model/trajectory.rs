@@ -129,9 +129,7 @@ impl Model for Trajectory<'_> {
 
     fn gradient(&self, hard: f64, gradient: &mut [f64]) {
         let (state, n) = (&*self.state, self.layout.n_dofs);
-        gradient.copy_from_slice(&state.gradient);
-        state.rows.add_transposed(&state.rows.residual, gradient);
-        state.guards.add_half_gradient(hard, gradient);
+        state.write_half_gradient(hard, gradient);
         for (t, given) in state.is_given.iter().enumerate() {
             let factor = if *given { 0.0 } else { 2.0 };
             gradient[t * n..(t + 1) * n].iter_mut().for_each(|g| *g *= factor);

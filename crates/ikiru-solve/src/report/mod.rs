@@ -115,7 +115,7 @@ pub struct TermReport {
     pub hard: bool,
     /// When it holds, in a motion.
     pub times: Option<TermTimes>,
-    /// Something odd that did not stop the solve.
+    /// Something odd about it that did not stop the solve of a pose; motions do not tell.
     pub warning: Option<&'static str>,
 }
 
@@ -176,7 +176,7 @@ pub struct Report<'a> {
     /// The terms, in the order in which they were added.
     pub terms: Cow<'a, [TermReport]>,
     /// What is in the way of each term that is not met, the worst term first and of each at most its eight strongest
-    /// forces, the strongest first; then the limits and constraints that act and are in nobody's way. A term is not met
+    /// forces, the strongest first; then, for a pose, the limits and constraints that act and are in nobody's way. A term is not met
     /// where success asks for it and it is beyond its tolerance; where that is none and the cost is not below its bar,
     /// where it is beyond its tolerance at all, else the one that costs most. In a motion, at the sample at which the term
     /// misses the most. Empty where a cost below `cost_below` was reached, and of a motion where the bar was met.
@@ -200,40 +200,32 @@ fn as_text<S: serde::Serializer>(invalid: &Option<Invalid>, serializer: S) -> Re
 }
 
 impl<'a> Report<'a> {
+    /// What a report begins with: nothing was done yet, and nothing is listed.
+    pub(crate) const EMPTY: Self = Self {
+        success: false,
+        stop: StopReason::InvalidInput,
+        cost: f64::INFINITY,
+        smoothness: [0.0; 3],
+        spacing: 0.0,
+        iterations: 0,
+        restarts: 0,
+        start_projected: false,
+        terms: Cow::Borrowed(&[]),
+        forces: Cow::Borrowed(&[]),
+        hint: None,
+        exceeded: Cow::Borrowed(&[]),
+        invalid: None,
+    };
+
     /// A report of a solve that did not begin.
     pub(crate) fn invalid(invalid: Invalid) -> Self {
-        Self {
-            success: false,
-            stop: StopReason::InvalidInput,
-            cost: f64::INFINITY,
-            smoothness: [0.0; 3],
-            spacing: 0.0,
-            iterations: 0,
-            restarts: 0,
-            start_projected: false,
-            terms: Cow::Borrowed(&[]),
-            forces: Cow::Borrowed(&[]),
-            hint: None,
-            exceeded: Cow::Borrowed(&[]),
-            invalid: Some(invalid),
-        }
+        Self { invalid: Some(invalid), ..Self::EMPTY }
     }
 
     /// The same, borrowing nothing.
     #[must_use]
     pub fn into_owned(self) -> Report<'static> {
-        let rest = self.without_lists();
-        Report {
-            terms: Cow::Owned(self.terms.into_owned()),
-            forces: Cow::Owned(self.forces.into_owned()),
-            exceeded: Cow::Owned(self.exceeded.into_owned()),
-            ..rest
-        }
-    }
-
-    fn without_lists(&self) -> Report<'static> {
-        let Self { success, stop, cost, smoothness, spacing, iterations, restarts, start_projected, .. } =
-            *self;
+        let Self { success, stop, cost, smoothness, spacing, iterations, restarts, .. } = self;
         Report {
             success,
             stop,
@@ -242,11 +234,11 @@ impl<'a> Report<'a> {
             spacing,
             iterations,
             restarts,
-            start_projected,
-            terms: Cow::Borrowed(&[]),
-            forces: Cow::Borrowed(&[]),
+            start_projected: self.start_projected,
+            terms: Cow::Owned(self.terms.into_owned()),
+            forces: Cow::Owned(self.forces.into_owned()),
             hint: self.hint,
-            exceeded: Cow::Borrowed(&[]),
+            exceeded: Cow::Owned(self.exceeded.into_owned()),
             invalid: self.invalid,
         }
     }

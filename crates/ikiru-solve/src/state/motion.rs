@@ -262,6 +262,14 @@ impl MotionState {
         }
     }
 
+    /// Writes half the gradient of the cost by the tangents of all samples, given ones among them, with `hard` times the squares
+    /// of what hard rows miss, as of the last [linearization](Self::linearize).
+    pub(crate) fn write_half_gradient(&self, hard: f64, gradient: &mut [f64]) {
+        gradient.copy_from_slice(&self.gradient);
+        self.rows.add_transposed(&self.rows.residual, gradient);
+        self.guards.add_half_gradient(hard, gradient);
+    }
+
     /// The gradient by one sample of smoothness, spacing and limits on rates, as of the last [linearization](Self::linearize).
     pub(crate) fn gradient_beside(&self, layout: &Layout, t: usize, beside: &mut [f64]) {
         let n = layout.n_dofs;
@@ -480,9 +488,8 @@ mod tests {
             let (layout, motion) = (&case.layout, &case.motion);
             case.state.evaluate(layout, motion);
             case.state.linearize(layout, motion);
-            let mut gradient = case.state.gradient.clone();
-            case.state.rows.add_transposed(&case.state.rows.residual, &mut gradient);
-            case.state.guards.add_half_gradient(0.0, &mut gradient);
+            let mut gradient = vec![0.0; case.state.gradient.len()];
+            case.state.write_half_gradient(0.0, &mut gradient);
             let (n, nc, h) = (layout.n_dofs, layout.n_coords, 1e-6);
             let start = case.state.coords.clone();
             for t in 0..case.state.n_samples {

@@ -105,6 +105,11 @@ fn it_says_what_a_report_says_and_what_a_solve_would_refuse() {
     let other = random_rig(3, 99).rest_pose();
     let problem = problem(1, &mut random);
     assert_eq!(evaluation.at(&problem, &other), Err(Invalid::Pose(InvalidPose::OtherRig)));
+    // Nothing of the pose before is left.
+    assert!(
+        evaluation.cost() == f64::INFINITY && evaluation.rows().is_empty() && evaluation.terms().is_empty()
+    );
+    assert!(evaluation.gradient().iter().all(|g| *g == 0.0) && evaluation.forces().is_empty());
 }
 
 #[test]
