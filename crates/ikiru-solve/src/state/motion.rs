@@ -149,6 +149,8 @@ impl MotionState {
         for i in 0..self.settled.len() {
             let t = self.settled[i];
             enter(layout, &self.coords, &mut self.earlier, t, &mut self.other);
+            // Another sample has other targets.
+            self.other.forget_constants();
             cost += self.other.evaluate(layout, &motion.settled_at(t));
         }
         self.failure = self.failure.or(self.other.memory.failure.take());

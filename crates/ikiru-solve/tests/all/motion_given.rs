@@ -165,3 +165,28 @@ fn a_term_that_given_frames_settle_changes_nothing() {
         assert!((cost * 0.001 / smoothness - least).abs() < 1e-9, "{cost} beside {least}");
     }
 }
+
+#[test]
+fn what_given_samples_settle_costs_what_each_of_them_does() {
+    let timeline = Timeline::points(5).unwrap();
+    let (rig, hand) = arm(100.0);
+    let root = JointId::from_index(0);
+    // Only the hand may move: the root is read at every sample, and its target goes away from it.
+    let mut motion = MotionProblem::new(&rig, [hand], timeline);
+    let when = When::Span { from: timeline.time(0), to: timeline.time(2) };
+    let at = rig.rest_pose().frame(root).unwrap().position;
+    let away = DVec3::new(0.3, 0.1, -0.2);
+    let settled = motion.add_moving(1.0, when, |secs| Position::new(root, at + secs * away)).unwrap();
+    motion.fix_history(&vec![rig.rest_pose(); 3]).unwrap();
+    // A bar of the cost, so that what is settled need not be met.
+    let solver = Solver::new(SolverOptions { cost_below: Some(1e9), ..SolverOptions::default() });
+    let mut workspace = MotionWorkspace::default();
+    let planned = solver.plan(&motion, &Clip::still(rig.rest_pose()), &mut workspace);
+    let wanted: f64 = (0..3).map(|sample| (timeline.time(sample) * away).length_squared()).sum();
+    let report = &planned.report;
+    assert!((report[settled].cost - wanted).abs() < 1e-12 * wanted, "{report:?}");
+    assert!(
+        (report.cost - report.smoothness.iter().sum::<f64>() - wanted).abs() < 1e-12 * wanted,
+        "{report:?}"
+    );
+}
