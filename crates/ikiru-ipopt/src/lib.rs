@@ -1,9 +1,9 @@
 //! The system's Ipopt (Wächter and Biegler, 2006): least `f(x)` inside bounds and constraints, by an interior-point
 //! method with a limited-memory Hessian.
 //!
-//! A safe wrapper of the few calls of Ipopt's C interface that `minimise` needs, for Ipopt 3.11 to 3.14. Knows no
-//! rig and no solver. Linking needs the feature `link` and the library (Debian: `coinor-libipopt-dev`); without
-//! the feature only the types are there.
+//! A safe wrapper of the few calls of Ipopt's C interface that `minimise` needs, for Ipopt 3.11 to 3.14, and by it the method
+//! `IPOPT` of poses. Linking needs the feature `link` and the library (Debian: `coinor-libipopt-dev`); without the feature
+//! only the types of `minimise` are there.
 //!
 //! ```
 //! # #[cfg(feature = "link")] {
@@ -36,10 +36,16 @@
 )]
 
 #[cfg(feature = "link")]
+mod charts;
+#[cfg(feature = "link")]
 mod ffi;
+#[cfg(feature = "link")]
+mod method;
 #[cfg(feature = "link")]
 mod minimise;
 
+#[cfg(feature = "link")]
+pub use method::{IPOPT, Ipopt};
 #[cfg(feature = "link")]
 pub use minimise::minimise;
 

@@ -1,10 +1,11 @@
 //! What can be wrong with a scenario: file, line and column, what was found and what was expected.
 
 use ikiru_rig::{ConeError, RigError, Role, UnknownName};
-use ikiru_solve::{Method, MotionError, TargetPathError};
+use ikiru_solve::{MotionError, TargetPathError};
 
 #[cfg(feature = "builtin")]
 use crate::builtin::BUILTINS;
+use crate::methods::methods;
 
 /// Why a scenario cannot be used, with its place: file, line and column.
 #[derive(Debug)]
@@ -110,7 +111,7 @@ pub enum ErrorKind {
     #[error(
         "method '{0}' is not in this build: build with the cargo feature '{0}' and the system's Ipopt \
          (Debian: coinor-libipopt-dev), or use {others}",
-        others = list(&Method::ALL.iter().map(Method::name).collect::<Vec<_>>())
+        others = list(&methods().map(|method| method.name()).collect::<Vec<_>>())
     )]
     NotAvailable(&'static str),
     /// A key that is understood, and asks for what no solver does yet.

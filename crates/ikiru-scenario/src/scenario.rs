@@ -14,6 +14,7 @@ use crate::document::{Document, RootKey, SCALE, TargetAxes, read_text};
 use crate::error::{Error, ErrorKind};
 use crate::kinds::Aim;
 use crate::limits::limited;
+use crate::methods::method_named;
 use crate::motion::MotionSettings;
 use crate::objective::{ObjectiveEntry, ScenarioObjective};
 use crate::roles::with_roles;
@@ -337,7 +338,7 @@ fn add_objectives(
 fn method(document: &Document, root: &At<'_>) -> Result<Method, Error> {
     let at = root.key("method");
     match METHODS.into_iter().find(|name| *name == document.method) {
-        Some(name) => Method::from_name(name).ok_or_else(|| at.error(ErrorKind::NotAvailable(name))),
+        Some(name) => method_named(name).ok_or_else(|| at.error(ErrorKind::NotAvailable(name))),
         None => {
             let unknown = unknown_name(&document.method, METHODS);
             Err(at.error(ErrorKind::Word { key: "method", unknown, expected: METHODS.to_vec() }))

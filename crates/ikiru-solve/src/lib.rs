@@ -40,6 +40,7 @@ pub use front::evaluation::{EvaluatedRow, Evaluation};
 pub use front::motion_evaluation::MotionEvaluation;
 pub use front::planner::{MotionWorkspace, PlannedMotion};
 pub use front::solver::{Solver, Workspace};
+pub use method::{AdamOptions, Method, PoseMethod, Search, SolverOptions, Start};
 pub use objective::{
     JointCoords, LaneScratch, MOST_EARLIER, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Residual,
     Rows, TermReads, Unfit, View,
@@ -51,4 +52,4 @@ pub use problem::{
 pub use report::force::{Force, ForceBy, Hint, LimitKind};
 pub use report::invalid::{Invalid, InvalidOptions, InvalidPose, InvalidTerm};
 pub use report::{PartReport, PartReports, Report, TermReport, TermTimes};
-pub use words::{AdamOptions, Loss, Method, Progress, Search, Sense, SolverOptions, StopReason, Unit, Watch};
+pub use words::{Loss, Progress, Sense, StopReason, Unit, Watch};

@@ -156,7 +156,7 @@
 //! | `scenario` | [`scenario`]: scenario files; with `formats` | yes |
 //! | `builtin` | the rigs and scenarios that come with the library, such as `builtin:human`; with `formats` | yes |
 //! | `serde` | `Serialize` for [`Pose`], [`Clip`] and [`Report`], and data to read the first two back from ([`rig::PoseData`]) | no |
-//! | `ipopt` | the method `ipopt`, through the system's Ipopt | no |
+//! | `ipopt` | the method [`ipopt::IPOPT`], through the system's Ipopt | no |
 //!
 //! Without any, rigs are built by [`RigBuilder`], and nothing is compiled but what solves.
 //!
@@ -168,6 +168,8 @@
 pub use glam;
 #[cfg(feature = "formats")]
 pub use ikiru_formats as formats;
+#[cfg(feature = "ipopt")]
+pub use ikiru_ipopt as ipopt;
 pub use ikiru_rig as rig;
 #[cfg(feature = "scenario")]
 pub use ikiru_scenario as scenario;
@@ -185,9 +187,10 @@ pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
     AdamOptions, EvaluatedRow, Evaluation, Force, ForceBy, Hint, Invalid, LimitKind, Loss, Method,
-    MotionEvaluation, MotionProblem, MotionWorkspace, Objective, Part, PartReport, PlannedMotion, Problem,
-    Progress, Reads, Report, Residual, Rows, Search, Sense, Solver, SolverOptions, StopReason, TargetPath,
-    TermId, TermReport, TermTimes, Timeline, Tolerance, Unfit, Unit, View, Watch, When, Workspace,
+    MotionEvaluation, MotionProblem, MotionWorkspace, Objective, Part, PartReport, PlannedMotion, PoseMethod,
+    Problem, Progress, Reads, Report, Residual, Rows, Search, Sense, Solver, SolverOptions, Start,
+    StopReason, TargetPath, TermId, TermReport, TermTimes, Timeline, Tolerance, Unfit, Unit, View, Watch,
+    When, Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.

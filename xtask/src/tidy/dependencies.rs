@@ -8,8 +8,8 @@ use super::{Finding, Project};
 /// Each crate may depend on crates before it.
 const ORDER: [&str; 8] = [
     "ikiru-rig",
-    "ikiru-ipopt",
     "ikiru-solve",
+    "ikiru-ipopt",
     "ikiru-formats",
     "ikiru-scenario",
     "ikiru",

@@ -8,7 +8,7 @@ use ikiru_eval::motions::{self, MotionSource, Way};
 use ikiru_eval::paper::{self, CONTENDERS, Contender, Row, TargetSet, Task};
 use ikiru_eval::robots::{self, Arm};
 use ikiru_scenario::Scenario;
-use ikiru_solve::Method;
+use ikiru_scenario::{method_named, methods};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -172,8 +172,8 @@ fn paper_runs(args: &PaperArgs, contenders: &[Contender]) -> Result<Vec<PaperRun
 
 fn robots(args: &RobotsArgs) -> Result<Outcome, Failure> {
     let arms = arms(args)?;
-    let method = Method::from_name(&args.method).ok_or_else(|| {
-        let known: Vec<&str> = Method::ALL.iter().map(Method::name).collect();
+    let method = method_named(&args.method).ok_or_else(|| {
+        let known: Vec<&str> = methods().map(|method| method.name()).collect();
         Failure::input(anyhow!("there is no method '{}': expected one of {}", args.method, known.join(", ")))
     })?;
     let settings = robots::Settings {

@@ -23,7 +23,7 @@ pub const CONTENDERS: &[Contender] = &[
     Contender { name: "ccd", method: Method::Ccd, has_restarts: false },
     Contender { name: "fabrik", method: Method::Fabrik, has_restarts: false },
     #[cfg(feature = "ipopt")]
-    Contender { name: "ipopt", method: Method::Ipopt, has_restarts: false },
+    Contender { name: "ipopt", method: ikiru_ipopt::IPOPT, has_restarts: false },
 ];
 
 impl Contender {

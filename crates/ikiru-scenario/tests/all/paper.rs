@@ -131,7 +131,7 @@ fn adam_does_what_the_authors_code_does() {
 #[test]
 fn ipopt_does_what_the_papers_does() {
     let options = ikiru_solve::SolverOptions {
-        method: Method::Ipopt,
+        method: ikiru_ipopt::IPOPT,
         search: Search::Local,
         cost_below: Some(0.005),
         max_iterations: 500,

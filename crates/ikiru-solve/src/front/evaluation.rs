@@ -34,6 +34,8 @@ pub struct EvaluatedRow {
     /// How much a wish counts here: `λ · ρ'(‖r‖²)`, so that twice that times what the row misses is the slope of the cost by
     /// the row. `None` for a row of a constraint.
     pub weight: Option<f64>,
+    /// Whether nothing that may move changes it.
+    pub is_constant: bool,
 }
 
 /// A problem at a pose: cost, rows, and their derivatives by the pose's tangent.
@@ -70,9 +72,10 @@ pub struct Evaluation {
     cost: f64,
     violation: f64,
     rows: Vec<EvaluatedRow>,
-    /// Row by row, by the rig's tangent.
+    /// Row by row, by the rig's tangent; like the gradient, empty where derivatives were not asked for.
     jacobian: Vec<f64>,
     gradient: Vec<f64>,
+    n_dofs: usize,
     /// Which of the rig's degrees of freedom each of the layout's is.
     dofs: Vec<usize>,
     of_layout: Vec<f64>,
@@ -82,18 +85,60 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// Evaluates a problem at a pose. Does not allocate for a problem of the same shape as the last.
+    /// Evaluates a problem at a pose: cost, rows, derivatives, terms and forces. Does not allocate for a problem of the same
+    /// shape as the last.
     ///
     /// # Errors
     /// What a solve would refuse: a term that does not fit or gives no finite residual, a pose of another rig or with numbers
-    /// that are not finite. There are then no rows, terms and forces, and the cost is infinite.
+    /// that are not finite. There are then no rows, derivatives, terms and forces, and the cost is infinite.
     pub fn at(&mut self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
+        self.derivatives_at(problem, pose)?;
+        let Self { layout, state, .. } = self;
+        state.differentiate(layout, problem);
+        report_terms(layout, problem, state, &mut self.terms);
+        let success = self.terms.iter().all(|t| t.satisfied || !t.mandatory);
+        self.unmet.forget();
+        explain(layout, problem, state, &self.terms, (&mut self.explainer, &mut self.unmet), success);
+        Ok(())
+    }
+
+    /// Evaluates cost and rows alone.
+    ///
+    /// # Errors
+    /// As [`at`](Self::at).
+    pub fn values_at(&mut self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
+        self.evaluate(problem, pose)?;
+        self.find_rows(problem);
+        Ok(())
+    }
+
+    /// Evaluates cost, rows, gradient and Jacobian: all but terms and forces.
+    ///
+    /// # Errors
+    /// As [`at`](Self::at).
+    pub fn derivatives_at(&mut self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
+        self.evaluate(problem, pose)?;
+        let Self { layout, state, .. } = self;
+        // Once scaled by weights, as the gradient wants it, and once as the rows are.
+        state.linearize(layout, problem, false);
+        whole_gradient(layout, state, 0.0, &mut self.of_layout);
+        self.gradient.resize(self.n_dofs, 0.0);
+        self.dofs.iter().zip(&self.of_layout).for_each(|(dof, g)| self.gradient[*dof] = *g);
+        state.differentiate(layout, problem);
+        state.linearize(layout, problem, true);
+        self.find_rows(problem);
+        self.write_jacobian(problem);
+        Ok(())
+    }
+
+    /// Evaluates the residuals.
+    fn evaluate(&mut self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
         (self.cost, self.violation) = (f64::INFINITY, 0.0);
         self.rows.clear();
         self.jacobian.clear();
+        self.gradient.clear();
         self.terms.clear();
         self.explainer.forces.clear();
-        self.gradient.fill(0.0);
         self.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit.into()))?;
         if !pose.rig().is_same(problem.rig()) {
             return Err(Invalid::Pose(InvalidPose::OtherRig));
@@ -112,14 +157,6 @@ impl Evaluation {
         }
         self.cost = cost;
         self.violation = if layout.n_force_rows > 0 { state.violation } else { 0.0 };
-        report_terms(layout, problem, state, &mut self.terms);
-        let success = self.terms.iter().all(|t| t.satisfied || !t.mandatory);
-        self.unmet.forget();
-        // Linearizes, rows scaled by their weights.
-        explain(layout, problem, state, &self.terms, (&mut self.explainer, &mut self.unmet), success);
-        whole_gradient(layout, state, 0.0, &mut self.of_layout);
-        self.dofs.iter().zip(&self.of_layout).for_each(|(dof, g)| self.gradient[*dof] = *g);
-        self.write_rows(problem);
         Ok(())
     }
 
@@ -133,34 +170,44 @@ impl Evaluation {
         self.unmet = Unmet::new(layout.terms.len(), layout.n_coords);
         self.dofs = dofs_of(&layout, problem.rig());
         self.of_layout = vec![0.0; layout.n_dofs];
-        self.gradient = vec![0.0; problem.rig().n_dofs()];
+        self.n_dofs = problem.rig().n_dofs();
+        self.gradient = Vec::with_capacity(self.n_dofs);
         self.layout = layout;
         Ok(())
     }
 
-    /// Writes the rows that are open, and their derivatives without weights.
-    fn write_rows(&mut self, problem: &Problem) {
-        let Self { layout, state, rows, jacobian, gradient, dofs, .. } = self;
-        state.differentiate(layout, problem);
-        state.linearize(layout, problem, true);
+    /// Finds the rows that are open.
+    fn find_rows(&mut self, problem: &Problem) {
+        let Self { layout, state, rows, .. } = self;
         for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {
             let term = &problem.terms()[t.term];
             for (number, idx) in t.parts.clone().enumerate() {
                 let part = &layout.parts[idx];
                 let weight = term.weight * term.loss.weight(state.squares[idx]);
-                let weight = (!term.hard).then_some(weight);
+                let residuals = &state.residual[part.row..part.row + state.n_open[idx]];
+                rows.extend(residuals.iter().map(|residual| EvaluatedRow {
+                    term: t.term,
+                    sample: 0,
+                    part: number,
+                    residual: *residual,
+                    unit: part.unit,
+                    sense: part.sense,
+                    weight: (!term.hard).then_some(weight),
+                    is_constant: t.is_constant,
+                }));
+            }
+        }
+    }
+
+    /// Writes the derivatives of the rows that are open, as of a linearization without weights.
+    fn write_jacobian(&mut self, problem: &Problem) {
+        let Self { layout, state, jacobian, dofs, n_dofs, .. } = self;
+        for t in layout.terms.iter().filter(|t| problem.terms()[t.term].is_on) {
+            for idx in t.parts.clone() {
+                let part = &layout.parts[idx];
                 for row in 0..state.n_open[idx] {
-                    rows.push(EvaluatedRow {
-                        term: t.term,
-                        sample: 0,
-                        part: number,
-                        residual: state.residual[part.row + row],
-                        unit: part.unit,
-                        sense: part.sense,
-                        weight,
-                    });
                     let at = jacobian.len();
-                    jacobian.resize(at + gradient.len(), 0.0);
+                    jacobian.resize(at + *n_dofs, 0.0);
                     for (k, dof) in dofs.iter().enumerate() {
                         jacobian[at + dof] = state.entry(layout, t, part, row, k);
                     }
@@ -181,7 +228,7 @@ impl Evaluation {
         self.violation
     }
 
-    /// The gradient of the cost by the tangent.
+    /// The gradient of the cost by the tangent; empty where derivatives were not asked for.
     #[must_use]
     pub fn gradient(&self) -> &[f64] {
         &self.gradient
@@ -201,10 +248,10 @@ impl Evaluation {
         first..first + self.rows[first..].iter().take_while(|row| row.term == term).count()
     }
 
-    /// The derivative of a row's residual by the tangent; empty where there is no such row.
+    /// The derivative of a row's residual by the tangent; empty where there is no such row, or derivatives were not asked for.
     #[must_use]
     pub fn jacobian(&self, row: usize) -> &[f64] {
-        let n = self.gradient.len();
+        let n = self.n_dofs;
         self.jacobian.get(row * n..(row + 1) * n).unwrap_or_default()
     }
 

@@ -137,6 +137,7 @@ impl MotionEvaluation {
                                 unit: part.unit,
                                 sense: part.sense,
                                 weight: (!data.hard).then_some(weight),
+                                is_constant: of.is_constant,
                             });
                             sources.push(source);
                         }

@@ -1,7 +1,7 @@
 //! What options must be.
 
+use crate::method::{Method, SolverOptions};
 use crate::report::invalid::InvalidOptions;
-use crate::words::{Method, SolverOptions};
 
 /// Whether options can be solved by.
 pub(super) fn check_options(options: &SolverOptions) -> Result<(), InvalidOptions> {

@@ -9,7 +9,7 @@ use crate::front::slower::slow_down;
 use crate::front::solver::Solver;
 use crate::layout::Layout;
 use crate::method::limited::{exceeded, known_excess};
-use crate::method::{Bar, Budget};
+use crate::method::{Bar, Budget, Method};
 use crate::model::{Model, Trajectory, TrajectoryMemory};
 use crate::objective::{TermReads, Unfit};
 use crate::problem::motion::MotionProblem;
@@ -20,7 +20,6 @@ use crate::report::motion::report_terms;
 use crate::report::{Report, TermReport};
 use crate::search::{Searcher, TrajectoryStarts, TrajectoryStartsMemory};
 use crate::state::motion::MotionState;
-use crate::words::Method;
 use crate::words::StopReason;
 use crate::words::Watch;
 

@@ -467,6 +467,14 @@ impl Layout {
         }
     }
 
+    /// Reads the coordinates of what moves from those of a pose.
+    pub(crate) fn load(&self, from: &[f64], coords: &mut [f64]) {
+        for m in &self.movers {
+            coords[m.coord..m.coord + m.n_coords]
+                .copy_from_slice(&from[m.pose_coord..m.pose_coord + m.n_coords]);
+        }
+    }
+
     /// Writes the coordinates of what moves into those of a pose.
     pub(crate) fn store(&self, coords: &[f64], to: &mut [f64]) {
         for m in &self.movers {

@@ -1,9 +1,9 @@
 //! The paper's cautious Adam (equations 8 to 15), as its authors run it: gradients of the whole cost, clipped to the
 //! limits, the best of the clipped iterates kept.
 
+use crate::method::AdamOptions;
 use crate::method::{Bar, Budget, Outcome};
 use crate::model::Model;
-use crate::words::AdamOptions;
 use crate::words::StopReason;
 
 /// The weight of the squares of what hard rows miss: this method knows no constraints.

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::words::SolverOptions;
+use crate::method::SolverOptions;
 use crate::words::StopReason;
 use crate::words::{Progress, Watch};
 

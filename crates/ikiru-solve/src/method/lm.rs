@@ -249,8 +249,9 @@ impl<const ANY: bool> Hard<ANY> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::method::SolverOptions;
     use crate::model::cases::Line;
-    use crate::words::{SolverOptions, Watch};
+    use crate::words::Watch;
 
     /// What comes of a model in so many iterations, and the damping that is left, relative to the curvature.
     fn run(model: &mut Line, cost_below: Option<f64>, max_iterations: usize) -> (Outcome, f64) {

@@ -5,16 +5,18 @@ mod bar;
 mod budget;
 pub(crate) mod ccd;
 pub(crate) mod fabrik;
-#[cfg(feature = "ipopt")]
-pub(crate) mod ipopt;
 pub(crate) mod limited;
 pub(crate) mod lm;
+mod options;
 mod outcome;
+pub(crate) mod outside;
 mod turn;
 
 pub(crate) use bar::Bar;
 pub(crate) use budget::Budget;
+pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub(crate) use outcome::{HELD, Outcome};
+pub use outside::{PoseMethod, Start};
 
 use adam::Adam;
 use lm::Lm;

@@ -9,9 +9,9 @@ pub(crate) use pose::{PoseStarts, PoseStartsMemory};
 pub(crate) use starts::Starts;
 pub(crate) use trajectory::{TrajectoryStarts, TrajectoryStartsMemory};
 
-use crate::method::{Bar, Budget, Methods, Outcome};
+use crate::method::{Bar, Budget, Methods, Outcome, SolverOptions};
 use crate::model::Model;
-use crate::words::{SolverOptions, StopReason};
+use crate::words::StopReason;
 
 /// How many of the sequence are looked at for each restart; the cheapest is started from.
 const SCREENED: usize = 3;

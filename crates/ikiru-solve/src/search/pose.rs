@@ -1,35 +1,26 @@
 //! Starts of a pose, by every method.
 
+use ikiru_rig::Pose;
+
 use crate::layout::Layout;
 use crate::method::ccd::Ccd;
 use crate::method::fabrik::Fabrik;
-#[cfg(feature = "ipopt")]
-use crate::method::ipopt::Ipopt;
-use crate::method::{Bar, Budget, Methods, Outcome};
+use crate::method::{Bar, Budget, Method, Methods, Outcome, outside};
 use crate::model::{Effort, PoseModel};
 use crate::search::Starts;
 use crate::search::seeds::Seeds;
-use crate::words::Method;
 
 /// Memory of the methods that know poses alone, and the poses to start from.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PoseStartsMemory {
     ccd: Ccd,
     fabrik: Fabrik,
-    #[cfg(feature = "ipopt")]
-    ipopt: Ipopt,
     seeds: Seeds,
 }
 
 impl PoseStartsMemory {
     pub(crate) fn new(layout: &Layout) -> Self {
-        Self {
-            ccd: Ccd::new(layout),
-            fabrik: Fabrik::new(layout),
-            #[cfg(feature = "ipopt")]
-            ipopt: Ipopt::new(layout),
-            seeds: Seeds::new(layout),
-        }
+        Self { ccd: Ccd::new(layout), fabrik: Fabrik::new(layout), seeds: Seeds::new(layout) }
     }
 }
 
@@ -37,6 +28,8 @@ impl PoseStartsMemory {
 pub(crate) struct PoseStarts<'a> {
     pub(crate) model: PoseModel<'a>,
     pub(crate) memory: &'a mut PoseStartsMemory,
+    /// Where joints are that do not move.
+    pub(crate) pose: &'a Pose,
 }
 
 impl<'a> Starts for PoseStarts<'a> {
@@ -70,8 +63,7 @@ impl<'a> Starts for PoseStarts<'a> {
             Method::Adam(options) => methods.adam.run(options, model, cost, bar, budget),
             Method::Ccd => memory.ccd.run(model, cost, bar, budget),
             Method::Fabrik => memory.fabrik.run(model, cost, bar, budget),
-            #[cfg(feature = "ipopt")]
-            Method::Ipopt => memory.ipopt.run(model, cost, bar, budget),
+            Method::Outside(method) => outside::run(*method, model, self.pose, cost, bar, budget),
         }
     }
 }

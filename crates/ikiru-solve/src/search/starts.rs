@@ -1,8 +1,7 @@
 //! Where a search begins anew, and how a start is improved: what poses and motions differ in.
 
-use crate::method::{Bar, Budget, Methods, Outcome};
+use crate::method::{Bar, Budget, Method, Methods, Outcome};
 use crate::model::Model;
-use crate::words::Method;
 
 /// Starts of a model.
 pub(crate) trait Starts {

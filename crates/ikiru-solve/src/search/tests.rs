@@ -1,8 +1,9 @@
 //! The search over starts of a model whose costs and ends a test says.
 
 use super::*;
+use crate::method::{Method, Search};
 use crate::model::cases::Line;
-use crate::words::{Method, Search, Watch};
+use crate::words::Watch;
 
 /// Starts on a line: where each begins, and where each ends.
 struct OnLine {

@@ -2,11 +2,10 @@
 
 use crate::layout::Layout;
 use crate::method::limited::{run_limited, run_unlimited};
-use crate::method::{Bar, Budget, Methods, Outcome};
+use crate::method::{Bar, Budget, Method, Methods, Outcome};
 use crate::model::Trajectory;
 use crate::search::Starts;
 use crate::search::seeds::Seeds;
-use crate::words::Method;
 
 /// Most restarts of a motion that meets everything without limits on rates, and misses something inside them.
 const MOST_RATE_BOUND: usize = 2;

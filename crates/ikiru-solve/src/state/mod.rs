@@ -176,10 +176,7 @@ impl State {
     }
 
     fn load_coords(&mut self, layout: &Layout, pose: &Pose) {
-        for m in &layout.movers {
-            self.coords[m.coord..m.coord + m.n_coords]
-                .copy_from_slice(&pose.coords()[m.pose_coord..m.pose_coord + m.n_coords]);
-        }
+        layout.load(pose.coords(), &mut self.coords);
         for &(to, from, n) in &layout.held {
             self.coords[to..to + n].copy_from_slice(&pose.coords()[from..from + n]);
         }

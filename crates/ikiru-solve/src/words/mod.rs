@@ -1,11 +1,9 @@
-//! Words that everything else is said in: what residuals are measured in and how their length becomes cost, how to solve,
-//! why a solve ended.
+//! Words that everything else is said in: what residuals are measured in and how their length becomes cost, why a solve
+//! ended, who watches it.
 
-mod options;
 mod stop;
 mod watch;
 
-pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub use stop::StopReason;
 pub use watch::{Progress, Watch};
 

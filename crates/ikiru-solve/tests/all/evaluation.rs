@@ -109,7 +109,48 @@ fn it_says_what_a_report_says_and_what_a_solve_would_refuse() {
     assert!(
         evaluation.cost() == f64::INFINITY && evaluation.rows().is_empty() && evaluation.terms().is_empty()
     );
-    assert!(evaluation.gradient().iter().all(|g| *g == 0.0) && evaluation.forces().is_empty());
+    assert!(evaluation.gradient().is_empty() && evaluation.forces().is_empty());
+}
+
+#[test]
+fn each_depth_gives_what_the_next_one_gives_and_no_more() {
+    let mut random = Random::new(5);
+    let [mut values, mut derivatives, mut all] = [(); 3].map(|()| Evaluation::default());
+    for case in 0..20 {
+        let problem = problem(case, &mut random);
+        let pose = random_pose(problem.rig(), &mut random);
+        values.values_at(&problem, &pose).unwrap();
+        derivatives.derivatives_at(&problem, &pose).unwrap();
+        all.at(&problem, &pose).unwrap();
+        assert!(!all.rows().is_empty() && !all.terms().is_empty());
+        for less in [&values, &derivatives] {
+            assert_eq!(less.rows(), all.rows());
+            assert_eq!((less.cost(), less.violation()), (all.cost(), all.violation()));
+            assert!(less.terms().is_empty() && less.forces().is_empty());
+        }
+        assert_eq!(derivatives.gradient(), all.gradient());
+        for row in 0..all.rows().len() {
+            assert_eq!(derivatives.jacobian(row), all.jacobian(row));
+        }
+        assert!(values.gradient().is_empty() && values.jacobian(0).is_empty());
+        // Nothing is left of more that was asked for before.
+        derivatives.values_at(&problem, &pose).unwrap();
+        assert!(derivatives.gradient().is_empty() && derivatives.jacobian(0).is_empty());
+    }
+}
+
+#[test]
+fn what_nothing_moves_is_told() {
+    let rig = random_rig(6, 1);
+    let mut problem = Problem::new(&rig, []);
+    problem.add_hard(Position::new(JointId::from_index(5), DVec3::ONE));
+    let mut evaluation = Evaluation::default();
+    evaluation.at(&problem, &rig.rest_pose()).unwrap();
+    assert!(evaluation.rows().len() == 3 && evaluation.rows().iter().all(|row| row.is_constant));
+    let mut problem = Problem::whole_body(&rig);
+    problem.add_hard(Position::new(JointId::from_index(5), DVec3::ONE));
+    evaluation.at(&problem, &rig.rest_pose()).unwrap();
+    assert!(evaluation.rows().iter().all(|row| !row.is_constant));
 }
 
 #[test]

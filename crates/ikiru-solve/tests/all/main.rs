@@ -6,22 +6,17 @@ mod centred_cones;
 mod common;
 mod contract;
 mod custom;
-#[cfg(feature = "ipopt")]
-mod edges;
 mod evaluation;
 mod forces;
 mod hard;
 mod hard_cases;
 mod hard_motions;
-#[cfg(feature = "ipopt")]
-mod hard_peer;
-#[cfg(feature = "ipopt")]
-mod ipopt;
 mod lanes;
 mod motion;
 mod motion_cones;
 mod motion_given;
 mod no_allocation;
+mod outside;
 mod rate_limits;
 mod reach;
 mod solving;

@@ -5,15 +5,16 @@ use std::time::Duration;
 
 use crate::hard_cases;
 use glam::DVec3;
+use ikiru_ipopt::IPOPT;
 use ikiru_rig::{Cone, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Bound, Distance, PoseTarget, Position, RestPose};
-use ikiru_solve::{Invalid, Loss, Method, Problem, Search, Solver, SolverOptions, StopReason};
+use ikiru_solve::{Invalid, Loss, Problem, Search, Solver, SolverOptions, StopReason};
 use ikiru_testkit::cones::{largest_cone_excess, without_centres};
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
-const IPOPT: SolverOptions = SolverOptions {
-    method: Method::Ipopt,
+const PEER: SolverOptions = SolverOptions {
+    method: IPOPT,
     search: Search::Local,
     cost_below: None,
     max_iterations: 500,
@@ -65,7 +66,7 @@ fn the_minimum_is_that_of_lm() {
         let problem = pulled(&rig, hand, target, 0.5);
         let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
         let lm = solve(SolverOptions::default(), &problem, &mut a).0;
-        let (ipopt, stop, _) = solve(IPOPT, &problem, &mut b);
+        let (ipopt, stop, _) = solve(PEER, &problem, &mut b);
         assert!(b.limit_violation() < 1e-9);
         assert_ne!(stop, StopReason::IterationLimit);
         all += 1;
@@ -86,7 +87,7 @@ fn about_other_centres_the_minimum_is_one_for_lm_too() {
         let problem = pulled(&rig, hand, target, 0.5);
         let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
         let lm = solve(SolverOptions::default(), &problem, &mut a).0;
-        let (ipopt, stop, _) = solve(IPOPT, &problem, &mut b);
+        let (ipopt, stop, _) = solve(PEER, &problem, &mut b);
         assert!(b.limit_violation() < 1e-9 && largest_cone_excess(&b) < 1e-9);
         assert_ne!(stop, StopReason::IterationLimit);
         // The pull begins at corners of cones, from where another minimum may be nearer.
@@ -107,7 +108,7 @@ fn limits_hold_and_reachable_targets_are_reached() {
         let frame = random_pose(&rig, &mut random).frame(joint).unwrap();
         let mut problem = Problem::whole_body(&rig);
         problem.add(1.0, PoseTarget::new(joint, frame.position, frame.rotation));
-        let options = SolverOptions { search: Search::Global { max_restarts: 8 }, ..IPOPT };
+        let options = SolverOptions { search: Search::Global { max_restarts: 8 }, ..PEER };
         let mut pose = rig.rest_pose();
         pose.project(); // of joints, too, that the target does not see
         let (_, stop, _) = solve(options, &problem, &mut pose);
@@ -129,7 +130,7 @@ fn a_cone_stops_what_is_out_of_reach_as_it_stops_lm() {
         let problem = pulled(&rig, hand, target, 1e-3);
         let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
         let lm = solve(SolverOptions::default(), &problem, &mut a).0;
-        let (ipopt, stop, _) = solve(IPOPT, &problem, &mut b);
+        let (ipopt, stop, _) = solve(PEER, &problem, &mut b);
         assert_eq!(stop, StopReason::Converged, "{target}");
         assert!((ipopt - lm).abs() < 1e-6 * lm, "{target}: {ipopt}, lm {lm}");
         assert!(b.limit_violation() < 1e-9);
@@ -147,7 +148,7 @@ fn hard_rows_are_its_own_constraints() {
     problem.add_hard(Distance::new([JointId::from_index(0), elbow], Bound::AtMost(0.56)));
     problem.add_hard(Distance::new([JointId::from_index(1), hand], Bound::AtLeast(0.1)));
     problem.add(0.1, Distance::new([elbow, hand], Bound::AtLeast(0.4)));
-    let found = [SolverOptions::default(), IPOPT].map(|options| {
+    let found = [SolverOptions::default(), PEER].map(|options| {
         let mut pose = rig.rest_pose();
         let found = hard_cases::solve(options, &problem, &mut pose);
         let place = |joint: usize| world_matrices(&pose)[joint].w_axis.truncate();
@@ -165,7 +166,7 @@ fn hard_rows_are_its_own_constraints() {
         let frame = meets.frame(joint).unwrap();
         problem.add_hard(PoseTarget::new(joint, frame.position, frame.rotation));
     }
-    let found = hard_cases::solve(IPOPT, &problem, &mut rig.rest_pose());
+    let found = hard_cases::solve(PEER, &problem, &mut rig.rest_pose());
     assert!(found.missed < 1e-6, "{}", found.missed);
     // What contradicts is told, and the pose misses no more than it has to.
     let mut problem = pulled(&rig, hand, far, 1e-3);
@@ -173,7 +174,7 @@ fn hard_rows_are_its_own_constraints() {
         problem.add_hard(Distance::new([JointId::from_index(0), hand], Bound::Exactly(least)));
     }
     let mut pose = rig.rest_pose();
-    let found = hard_cases::solve(IPOPT, &problem, &mut pose);
+    let found = hard_cases::solve(PEER, &problem, &mut pose);
     let reach = world_matrices(&pose)[3].w_axis.truncate().length();
     assert!(
         found.is_told && found.missed > 0.04 && (0.74..0.86).contains(&reach),
@@ -189,18 +190,18 @@ fn every_stop_rule_stops() {
     let id = problem.add(1.0, Position::new(hand, DVec3::new(0.5, 0.4, 0.2)));
     problem.term_mut(id).loss = Loss::Norm;
     let run = |options: SolverOptions, problem: &Problem| solve(options, problem, &mut rig.rest_pose());
-    let bar = SolverOptions { cost_below: Some(0.005), ..IPOPT };
+    let bar = SolverOptions { cost_below: Some(0.005), ..PEER };
     let (cost, stop, iterations) = run(bar, &problem);
     assert!(cost < 0.005 && stop == StopReason::Reached && iterations < 100, "{cost} {stop:?} {iterations}");
     for max_iterations in [0, 1, 2, 5] {
-        let few = SolverOptions { max_iterations, cost_below: Some(1e-300), ..IPOPT };
+        let few = SolverOptions { max_iterations, cost_below: Some(1e-300), ..PEER };
         let (_, stop, iterations) = run(few, &problem);
         assert_eq!((stop, iterations), (StopReason::IterationLimit, max_iterations));
     }
     let none = SolverOptions { max_time: Some(Duration::ZERO), ..bar };
     assert_eq!(run(none, &problem).1, StopReason::TimeBudget);
     problem[id].target = DVec3::new(9.0, 0.0, 1.0);
-    assert_eq!(run(IPOPT, &problem).1, StopReason::Converged);
+    assert_eq!(run(PEER, &problem).1, StopReason::Converged);
     let endless = SolverOptions {
         max_time: Some(Duration::from_millis(20)),
         search: Search::Global { max_restarts: 100_000_000 },
@@ -214,7 +215,7 @@ fn what_cannot_move_has_converged() {
     let (rig, hand) = arm();
     let mut problem = Problem::new(&rig, []);
     problem.add(1.0, Position::new(hand, DVec3::ZERO));
-    let (cost, stop, _) = solve(IPOPT, &problem, &mut rig.rest_pose());
+    let (cost, stop, _) = solve(PEER, &problem, &mut rig.rest_pose());
     assert!(stop == StopReason::Converged && (cost - 0.81).abs() < 1e-12);
 }
 
@@ -223,7 +224,7 @@ fn invalid_input_is_not_touched() {
     let (rig, hand) = arm();
     let mut problem = Problem::whole_body(&rig);
     problem.add(1.0, Position::new(hand, DVec3::NAN));
-    let solver = Solver::new(IPOPT);
+    let solver = Solver::new(PEER);
     let mut workspace = solver.workspace(&problem);
     let mut pose = rig.rest_pose();
     let report = solver.solve(&problem, &mut pose, &mut workspace);
@@ -239,7 +240,7 @@ fn the_same_input_gives_the_same_bits_on_any_thread() {
         let hand = JointId::from_index(11);
         let problem = pulled(&rig, hand, DVec3::new(0.3, 0.2, -0.4), 0.01);
         let mut pose = rig.rest_pose();
-        let (cost, ..) = solve(IPOPT, &problem, &mut pose);
+        let (cost, ..) = solve(PEER, &problem, &mut pose);
         (cost.to_bits(), pose.coords().iter().map(|c| c.to_bits()).collect::<Vec<_>>())
     };
     let threads: Vec<_> = (0..4).map(|_| std::thread::spawn(run)).collect();
@@ -247,10 +248,4 @@ fn the_same_input_gives_the_same_bits_on_any_thread() {
     for thread in threads {
         assert_eq!(thread.join().unwrap(), here);
     }
-}
-
-#[test]
-fn it_is_found_by_its_name() {
-    assert_eq!(Method::from_name("ipopt"), Some(Method::Ipopt));
-    assert!(Method::ALL.contains(&Method::Ipopt));
 }

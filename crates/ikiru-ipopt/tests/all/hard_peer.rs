@@ -1,12 +1,13 @@
 //! Hard rows beside Ipopt, which has them as its own constraints: what lm finds costs no more.
 #![allow(clippy::print_stderr, reason = "a measurement prints what it finds")]
 
-use ikiru_solve::{Method, SolverOptions};
+use ikiru_ipopt::IPOPT;
+use ikiru_solve::SolverOptions;
 
 use crate::hard_cases::{Case, Found, case, search, solve};
 
-const IPOPT: SolverOptions = SolverOptions {
-    method: Method::Ipopt,
+const PEER: SolverOptions = SolverOptions {
+    method: IPOPT,
     search: ikiru_solve::Search::Local,
     cost_below: None,
     max_iterations: 1000,
@@ -24,11 +25,11 @@ fn compare(numbers: impl Iterator<Item = u64>) -> [usize; 3] {
         let Case { problem, start, .. } = case(number);
         n_cases += 1;
         let held_cost = |found: &Found| if found.missed < HELD { found.cost } else { f64::INFINITY };
-        let from_start = held_cost(&solve(IPOPT, &problem, &mut start.clone()));
+        let from_start = held_cost(&solve(PEER, &problem, &mut start.clone()));
         for (which, restarts) in [(0, 16), (1, 0)] {
             let mut pose = start.clone();
             let ours = solve(search(restarts), &problem, &mut pose);
-            let from_ours = held_cost(&solve(IPOPT, &problem, &mut pose));
+            let from_ours = held_cost(&solve(PEER, &problem, &mut pose));
             let lower = from_start.min(from_ours);
             let is_good =
                 if ours.missed < HELD { ours.cost <= 1.01 * lower + 1e-8 } else { lower == f64::INFINITY };

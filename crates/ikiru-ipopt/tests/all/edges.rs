@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![allow(clippy::print_stderr, reason = "a measurement prints what it finds")]
 
+use ikiru_ipopt::IPOPT;
 use ikiru_rig::JointId;
 use ikiru_solve::objectives::{Position, RestPose};
 use ikiru_solve::{Method, Problem, Solver, SolverOptions};
@@ -31,7 +32,7 @@ fn missed(n_cases: u64, has_centres: bool, pull: f64) -> (usize, usize) {
             (cost, iterations, pose.clone())
         };
         let (cost, iterations, answer) = solve(Method::Lm);
-        let (lower, _, other) = solve(Method::Ipopt);
+        let (lower, _, other) = solve(IPOPT);
         n_iterations += iterations;
         // Further away it is another minimum.
         let way = answer.coords().iter().zip(other.coords()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::method::PoseMethod;
+
 /// How a single start is improved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -18,23 +20,13 @@ pub enum Method {
     /// limits in every iteration. It sees the points that objectives want at places
     /// ([`Objective::reach`](crate::Objective::reach)) and nothing else; the cost judges. A baseline.
     Fabrik,
-    /// The interior-point peer: the same cost, gradients and limits through the system's Ipopt (Wächter and Biegler,
-    /// 2006) with a limited-memory Hessian. For comparison: unlike all other methods it allocates in
-    /// every solve, and solves of one process wait for each other. Needs the feature `ipopt`.
-    #[cfg(feature = "ipopt")]
-    Ipopt,
+    /// A method from outside of this crate, of poses alone. Two of the same name are one.
+    Outside(&'static dyn PoseMethod),
 }
 
 impl Method {
-    /// Every method of this build, with its default settings.
-    pub const ALL: &[Self] = &[
-        Self::Lm,
-        Self::ADAM,
-        Self::Ccd,
-        Self::Fabrik,
-        #[cfg(feature = "ipopt")]
-        Self::Ipopt,
-    ];
+    /// Every method of this crate, with its default settings.
+    pub const ALL: &[Self] = &[Self::Lm, Self::ADAM, Self::Ccd, Self::Fabrik];
     const ADAM: Self = Self::Adam(AdamOptions::DEFAULT);
 
     /// One lower-case word, as scenarios and the command name it.
@@ -45,12 +37,11 @@ impl Method {
             Self::Adam(_) => "adam",
             Self::Ccd => "ccd",
             Self::Fabrik => "fabrik",
-            #[cfg(feature = "ipopt")]
-            Self::Ipopt => "ipopt",
+            Self::Outside(method) => method.name(),
         }
     }
 
-    /// The method of that [`name`](Self::name), with its default settings; `None` where this build has none.
+    /// The method of this crate of that [`name`](Self::name), with its default settings.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|m| m.name() == name).copied()
