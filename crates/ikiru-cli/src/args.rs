@@ -10,7 +10,7 @@ use clap::{Args as Group, Parser, Subcommand};
 use ikiru_formats::Format;
 
 #[cfg(feature = "bench")]
-pub(crate) use bench::{BenchCommand, MotionsArgs, PaperArgs, RobotsArgs};
+pub(crate) use bench::{BenchCommand, MotionsArgs, PaperArgs, RobotsArgs, TrackArgs};
 
 const EXAMPLES: &str = "\
 Examples:

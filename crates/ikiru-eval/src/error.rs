@@ -105,6 +105,12 @@ pub enum Error {
         /// What does not fit, and what would.
         reason: String,
     },
+    /// A body that cannot be led along a course.
+    #[error("the course cannot be followed: {reason}")]
+    Course {
+        /// What does not fit.
+        reason: String,
+    },
     /// K-means failed.
     #[error("the sampled points cannot be clustered: {0}")]
     Clustering(String),

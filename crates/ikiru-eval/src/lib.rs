@@ -1,5 +1,5 @@
 //! The evaluation: the paper's tables and figures ([`paper`]), arms of robots by the protocol by which they are
-//! compared ([`robots`]), and how good planned motions are ([`motions`]).
+//! compared ([`robots`]), whole bodies that follow targets ([`track`]), and how good planned motions are ([`motions`]).
 //!
 //! What the command `ikiru bench` does, as a library: sample or read targets, solve them with every method, and
 //! make tables, rows for programs and figures of what came out. One thread; the clock runs around the solve alone.
@@ -17,6 +17,7 @@ mod table;
 pub mod motions;
 pub mod paper;
 pub mod robots;
+pub mod track;
 
 pub use error::Error;
 #[cfg(feature = "plot")]

@@ -28,13 +28,27 @@ const SHARED: [(&str, &[&str]); 6] = [
             "ikiru-eval/src/motions/report.rs",
             "ikiru-eval/src/paper/report.rs",
             "ikiru-eval/src/robots.rs",
+            "ikiru-eval/src/track/report.rs",
             "ikiru-solve/src/report/mod.rs",
         ],
     ),
-    ("Row", &["ikiru-eval/src/motions/row.rs", "ikiru-eval/src/paper/run.rs", "ikiru-eval/src/robots.rs"]),
+    (
+        "Row",
+        &[
+            "ikiru-eval/src/motions/row.rs",
+            "ikiru-eval/src/paper/run.rs",
+            "ikiru-eval/src/robots.rs",
+            "ikiru-eval/src/track/run.rs",
+        ],
+    ),
     (
         "Settings",
-        &["ikiru-eval/src/motions/run.rs", "ikiru-eval/src/paper/run.rs", "ikiru-eval/src/robots.rs"],
+        &[
+            "ikiru-eval/src/motions/run.rs",
+            "ikiru-eval/src/paper/run.rs",
+            "ikiru-eval/src/robots.rs",
+            "ikiru-eval/src/track/run.rs",
+        ],
     ),
 ];
 

@@ -1,4 +1,4 @@
-//! `ikiru bench paper`, `robots` and `motions`: measures, prints tables, writes rows and figures.
+//! `ikiru bench paper`, `robots`, `track` and `motions`: measures, prints tables, writes rows and figures.
 
 use std::path::Path;
 use std::time::Duration;
@@ -7,12 +7,14 @@ use anyhow::{Context, anyhow};
 use ikiru_eval::motions::{self, MotionSource, Way};
 use ikiru_eval::paper::{self, CONTENDERS, Contender, Row, TargetSet, Task};
 use ikiru_eval::robots::{self, Arm};
+use ikiru_eval::track::{self, Course};
+use ikiru_rig::Clip;
 use ikiru_scenario::Scenario;
 use ikiru_scenario::{method_named, methods};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::args::{BenchCommand, MotionsArgs, PaperArgs, RobotsArgs, has_ending};
+use crate::args::{BenchCommand, MotionsArgs, PaperArgs, RobotsArgs, TrackArgs, has_ending};
 use crate::failure::{Failure, Outcome};
 use crate::{features, output};
 
@@ -32,6 +34,7 @@ pub(crate) fn run(command: &BenchCommand) -> Result<Outcome, Failure> {
     match command {
         BenchCommand::Paper(args) => paper(args),
         BenchCommand::Robots(args) => robots(args),
+        BenchCommand::Track(args) => track(args),
         BenchCommand::Motions(args) => motions(args),
     }
 }
@@ -206,6 +209,55 @@ fn arms(args: &RobotsArgs) -> Result<Vec<Arm>, Failure> {
         return Ok(Arm::all());
     }
     args.robots.iter().map(|name| Arm::from_name(name.trim()).map_err(Failure::input)).collect()
+}
+
+fn track(args: &TrackArgs) -> Result<Outcome, Failure> {
+    let courses = courses(args)?;
+    let settings = track::Settings { runs: args.runs, ..track::Settings::default() };
+    let n_frames: usize = courses.iter().map(|course| course.frames.len()).sum();
+    let bar = progress(n_frames * settings.runs, "following");
+    let mut rows = Vec::with_capacity(n_frames);
+    for course in &courses {
+        rows.extend(track::run(course, &settings, || bar.inc(1)).map_err(Failure::input)?);
+    }
+    bar.finish_and_clear();
+    let report = track::Report::new(&rows);
+    output::print(&if args.markdown { report.markdown() } else { report.for_terminal() })?;
+    if let Some(path) = &args.json {
+        write_json(path, &rows)?;
+    }
+    Ok(Outcome::Reached)
+}
+
+fn courses(args: &TrackArgs) -> Result<Vec<Course>, Failure> {
+    let bodies: Vec<&str> = args.bodies.iter().map(|body| body.trim()).collect();
+    let mut clips = Vec::new();
+    if bodies != ["g1"] {
+        for clip in &args.clips {
+            clips.push(Course::clip(clip).map_err(Failure::input)?);
+        }
+    }
+    let mut courses = Vec::new();
+    for body in bodies {
+        for &rate in &args.rates {
+            let of_clips = |course: fn(&str, &Clip, f64, usize) -> Result<Course, ikiru_eval::Error>| {
+                clips.iter().map(move |(name, clip)| course(name, clip, rate, args.frames)).collect()
+            };
+            let made: Result<Vec<Course>, _> = match body {
+                "g1" => Course::g1(args.seed, rate, args.frames).map(|course| vec![course]),
+                "human" => of_clips(Course::human),
+                "reference" => of_clips(Course::reference),
+                _ => {
+                    let unknown = ikiru_rig::unknown_name(body, ["g1", "human", "reference"]);
+                    return Err(Failure::input(anyhow!(
+                        "--bodies: {unknown}: expected g1, human or reference"
+                    )));
+                }
+            };
+            courses.extend(made.map_err(Failure::input)?);
+        }
+    }
+    Ok(if args.away { courses.into_iter().map(Course::away).collect() } else { courses })
 }
 
 fn motions(args: &MotionsArgs) -> Result<Outcome, Failure> {

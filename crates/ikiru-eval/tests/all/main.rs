@@ -4,3 +4,4 @@ mod motions;
 #[cfg(all(feature = "plot", feature = "sample"))]
 mod paper;
 mod robots;
+mod track;
