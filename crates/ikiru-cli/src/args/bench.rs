@@ -137,7 +137,7 @@ pub(crate) struct TrackArgs {
     #[arg(long, value_name = "N", default_value_t = 3000, value_parser = parse_count)]
     pub(crate) frames: usize,
     /// Seed of the G1's sines
-    #[arg(long, value_name = "S", default_value_t = 17)]
+    #[arg(long, value_name = "S", default_value_t = 2)]
     pub(crate) seed: u64,
     /// How often each course is followed; the least time of a frame counts
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_count)]

@@ -32,7 +32,17 @@ impl Course {
         let clip = onto("builtin:human", clip)?;
         let targets = led(clip.rig(), &LED)?.into_iter().map(|joint| (joint, true)).collect();
         let pose = |secs: f64| to_and_fro(&clip, secs);
-        Self::new(&Source { name: format!("human, {name}"), rate_hz, n_frames, targets }, clip.rig(), pose)
+        Self::new(
+            &Source {
+                name: format!("human, {name}"),
+                rate_hz,
+                n_frames,
+                targets,
+                rest: clip.rig().rest_pose(),
+            },
+            clip.rig(),
+            pose,
+        )
     }
 
     /// The reference human after a recorded motion, fingers curling: all of its 55 joints and the two at its finger tips, led by pose targets at pelvis, chest, head,
@@ -65,7 +75,17 @@ impl Course {
             pose.project();
             Ok(pose)
         };
-        Self::new(&Source { name: format!("reference human, {name}"), rate_hz, n_frames, targets }, rig, pose)
+        Self::new(
+            &Source {
+                name: format!("reference human, {name}"),
+                rate_hz,
+                n_frames,
+                targets,
+                rest: rig.rest_pose(),
+            },
+            rig,
+            pose,
+        )
     }
 
     /// The clip that ships under a name, else the first of a file.

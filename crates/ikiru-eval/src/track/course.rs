@@ -15,6 +15,7 @@ pub(super) struct Source {
     pub(super) n_frames: usize,
     /// The joints that are led, and whether by their rotation too.
     pub(super) targets: Vec<(JointId, bool)>,
+    pub(super) rest: Pose,
 }
 
 /// A body that is to be where some of its joints were in poses inside its limits, frame by frame.
@@ -32,6 +33,8 @@ pub struct Course {
     pub can_be_met: Vec<bool>,
     /// The pose of the first frame.
     pub start: Pose,
+    /// The pose that settles what the targets leave open.
+    pub rest: Pose,
     /// The largest turn of a joint from one frame to the next, radians, in the motion that the targets were read off; the
     /// root of the body aside.
     pub own_turn: f64,
@@ -61,6 +64,7 @@ impl Course {
             can_be_met: vec![true; frames.len()],
             frames,
             start: poses[0].clone(),
+            rest: source.rest.clone(),
             own_turn,
         })
     }

@@ -78,7 +78,7 @@ pub fn run(course: &Course, settings: &Settings, mut done: impl FnMut()) -> Resu
     let targets: Vec<Target> =
         course.targets.iter().map(|(joint, turns)| add(&mut problem, *joint, *turns)).collect();
     let joints: Vec<JointId> = problem.active().filter(|joint| Some(*joint) != rig.floating_root()).collect();
-    let rest = problem.add(REST, RestPose::new(&joints, rig.rest_pose()));
+    let rest = problem.add(REST, RestPose::new(&joints, course.rest.clone()));
     problem.term_mut(rest).mandatory = false;
     let solver = Solver::new(settings.options);
     let mut rows: Vec<Row> = Vec::with_capacity(course.frames.len());
