@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let loaded = formats::read(args.get(1).map_or("builtin:human", String::as_str))?;
     let rig = &loaded.rig;
     let hand = rig.joint("leftHand")?;
-    let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?);
+    let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?)?;
     let reach = problem.add(1.0, Position::new(hand, DVec3::new(0.35, 1.1, 0.35)));
 
     let solver = Solver::default();

@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     joints.extend(rig.chain("neck", "head")?);
 
     let cup = DVec3::new(0.25, 1.15, 0.45);
-    let mut problem = Problem::new(rig, joints.iter().copied());
+    let mut problem = Problem::new(rig, joints.iter().copied())?;
     let reach = problem.add(1.0, Position::new(hand, cup));
     problem.add(0.1, Direction::new(hand, DVec3::NEG_Y, DVec3::NEG_Y)); // this rig's palm faces -y at rest
     problem.add(0.1, LookAt::new(head, DVec3::Z, cup));

@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     joints.extend(rig.chain("rightShoulder", "rightHand")?);
 
     // The left hand moves; the right one follows at an arm's width, as if both held one box.
-    let mut problem = Problem::new(rig, joints);
+    let mut problem = Problem::new(rig, joints)?;
     let lead = problem.add(1.0, Position::new(left, DVec3::ZERO));
     let apart = problem.add(1.0, KeepApart { joints: [left, right], distance: 0.3 });
     check_jacobian(&problem, &rig.rest_pose(), 1e-6)?; // worth a line in your tests

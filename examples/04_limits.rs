@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let targets = [DVec3::new(0.3, 1.2, 0.4), DVec3::new(0.35, 1.25, -0.35)]; // in front, and behind the back
     for (name, rig) in [("without limits", free), ("with limits", &limited)] {
         let hand = rig.joint("leftHand")?;
-        let mut problem = Problem::new(rig, [upper_arm, elbow]);
+        let mut problem = Problem::new(rig, [upper_arm, elbow])?;
         let reach = problem.add(1.0, Position::new(hand, DVec3::ZERO));
         let mut workspace = solver.workspace(&problem);
         for target in targets {

@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rig = &loaded.rig;
     let hand = rig.joint("leftHand")?;
     let arm = rig.chain("leftShoulder", "leftHand")?;
-    let mut problem = Problem::new(rig, arm.iter().copied());
+    let mut problem = Problem::new(rig, arm.iter().copied())?;
     let reach = problem.add(1.0, Position::new(hand, DVec3::ZERO));
     problem.add(0.01, Direction::new(hand, DVec3::NEG_Y, DVec3::NEG_Y));
     problem.add(1e-5, RestPose::new(&arm, rig.rest_pose()));

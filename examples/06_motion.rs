@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let hand = rig.joint("leftHand")?;
     // Two seconds at 30 samples a second. Differences between samples cost: speed, acceleration, jerk.
     let mut motion =
-        MotionProblem::new(rig, rig.chain("leftShoulder", "leftHand")?, Timeline::seconds(2.0, 30.0)?);
+        MotionProblem::new(rig, rig.chain("leftShoulder", "leftHand")?, Timeline::seconds(2.0, 30.0)?)?;
     motion.set_smoothness([0.001, 0.01, 0.01])?;
     motion.fix_start(&rig.rest_pose())?;
     motion.set_at_rest(true, true);

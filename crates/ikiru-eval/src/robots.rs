@@ -203,7 +203,8 @@ impl<'a> Bench<'a> {
             let set = start.set_value(joint, 0.5 * (min + max));
             set.map_err(|e| wrong(e.to_string()))?;
         }
-        let mut problem = Problem::new(rig, joints.iter().copied());
+        let problem = Problem::new(rig, joints.iter().copied());
+        let mut problem = problem.map_err(|e| wrong(e.to_string()))?;
         let target = problem.add(1.0, PoseTarget::new(tip, DVec3::ZERO, DQuat::IDENTITY));
         Ok(Self { arm, problem, target, tip, joints, start, loaded })
     }

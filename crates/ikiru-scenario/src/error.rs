@@ -1,6 +1,6 @@
 //! What can be wrong with a scenario: file, line and column, what was found and what was expected.
 
-use ikiru_rig::{ConeError, RigError, Role, UnknownName};
+use ikiru_rig::{ConeError, ForeignJoint, RigError, Role, UnknownName};
 use ikiru_solve::{MotionError, TargetPathError};
 
 #[cfg(feature = "builtin")]
@@ -167,6 +167,9 @@ pub enum ErrorKind {
     /// A name that no joint and no role of the rig has.
     #[error("the rig has no joint or humanoid role '{name}'{guess}", name = .0.name, guess = guess(.0))]
     UnknownJoint(UnknownName),
+    /// The id of a joint that the rig does not have.
+    #[error(transparent)]
+    NoJoint(ForeignJoint),
     /// A joint that the file has fixed, as a glTF file has what no skin uses.
     #[error(
         "joint '{0}' does not move, it is fixed in the file: expected a joint that moves, or limits that make it move, [limits.{0}]"

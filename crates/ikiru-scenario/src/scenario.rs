@@ -258,11 +258,13 @@ fn build(document: &Document, source: Source<'_>, folder: &Path) -> Result<Scena
     // A scenario uses no clip of the file's.
     let of_rig = loaded.warnings.iter().filter(|warning| !warning.is_about_clips());
     let mut warnings: Vec<Warning> = of_rig.cloned().map(Warning::Rig).collect();
-    let problem_joints = match &document.active {
-        Some(names) => joint_list(&rig, names, &root.key("active"))?,
-        None => rig.ids().collect(),
+    let mut problem = match &document.active {
+        Some(names) => {
+            let at = root.key("active");
+            Problem::new(&rig, joint_list(&rig, names, &at)?).map_err(|e| at.error(ErrorKind::NoJoint(e)))?
+        }
+        None => Problem::whole_body(&rig),
     };
-    let mut problem = Problem::new(&rig, problem_joints);
     let active: Vec<JointId> = problem.active().collect();
     if active.is_empty() {
         return Err(at_rig.error(ErrorKind::NothingMoves));

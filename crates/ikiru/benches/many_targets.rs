@@ -24,7 +24,7 @@ fn bench(c: &mut Criterion) {
     let arm = ["leftShoulder", "leftUpperArm", "leftLowerArm", "leftHand"];
     let arm: Vec<JointId> = arm.map(|name| rig.joint(name).expect("the human has all roles")).to_vec();
     for (name, active) in [("an arm, 12", arm), ("all of it, 159", rig.ids().collect())] {
-        let mut problem = Problem::new(&rig, active);
+        let mut problem = Problem::new(&rig, active).expect("joints of the rig");
         for idx in 0..1000 {
             let joint = JointId::from_index(2 + idx % (rig.n_joints() - 2));
             let target = DVec3::new(spread(idx, 0) - 0.5, 1.8 * spread(idx, 1), spread(idx, 2) - 0.4);

@@ -67,7 +67,7 @@ fn tracking(c: &mut Criterion) {
 
 fn motion(rig: &Rig, secs: u32) -> MotionProblem {
     let timeline = Timeline::seconds(f64::from(secs), 60.0).expect("a timeline");
-    let mut motion = MotionProblem::new(rig, rig.ids(), timeline);
+    let mut motion = MotionProblem::whole_body(rig, timeline);
     motion.set_smoothness([1e-4, 1e-3, 1e-3]).expect("weights");
     motion.fix_start(&rig.rest_pose()).expect("a pose of the rig");
     motion

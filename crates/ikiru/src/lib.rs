@@ -13,7 +13,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let loaded = formats::read("builtin:human")?; // or the path of a .glb, .gltf or .vrm file
 //! let rig = &loaded.rig;
-//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?); // joints that may move
+//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?)?; // joints that may move
 //! let hand = rig.joint("leftHand")?; // a joint's own name, or its humanoid role
 //! let reach = problem.add(1.0, Position::new(hand, DVec3::new(0.35, 1.1, 0.35)));
 //!
@@ -40,7 +40,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let loaded = formats::read("builtin:human")?;
 //! # let rig = &loaded.rig;
-//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?);
+//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?)?;
 //! let reach = problem.add(1.0, Position::new(rig.joint("leftHand")?, DVec3::ZERO));
 //! let solver = Solver::default();
 //! let (mut pose, mut workspace) = (rig.rest_pose(), solver.workspace(&problem));
@@ -91,7 +91,7 @@
 //! # let rig = &loaded.rig;
 //! let (elbow, hand) = (rig.joint("leftLowerArm")?, rig.joint("leftHand")?);
 //! let timeline = Timeline::seconds(2.0, 30.0)?; // 61 samples
-//! let mut motion = MotionProblem::new(rig, rig.chain("leftShoulder", "leftHand")?, timeline);
+//! let mut motion = MotionProblem::new(rig, rig.chain("leftShoulder", "leftHand")?, timeline)?;
 //! motion.set_smoothness([0.0, 0.01, 0.1])?;
 //! motion.set_at_rest(true, true);
 //! motion.fix_start(&rig.rest_pose())?;
@@ -141,7 +141,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let loaded = formats::read("builtin:human")?;
 //! # let rig = &loaded.rig;
-//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?);
+//! let mut problem = Problem::new(rig, rig.chain("leftShoulder", "leftHand")?)?;
 //! problem.add(1.0, StayAbove { joint: rig.joint("leftHand")?, height: 1.6 });
 //! check_jacobian(&problem, &rig.rest_pose(), 1e-6)?; // worth a line in your tests
 //! # Ok(())

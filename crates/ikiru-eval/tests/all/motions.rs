@@ -205,7 +205,7 @@ fn a_key_that_is_missed_is_too_far_for_its_limit() {
         }
         let rig = builder.build().unwrap();
         let (tip, world) = (rig.joint("panda_link8").unwrap(), motion.loaded.world_from_file());
-        let mut problem = Problem::new(&rig, motion.active.iter().copied());
+        let mut problem = Problem::new(&rig, motion.active.iter().copied()).unwrap();
         problem.add(10.0, Position::new(tip, world * DVec3::new(0.45, 0.30, 0.40)));
         let down = problem.add(1.0, Direction::new(tip, DVec3::Z, world * DVec3::NEG_Z));
         problem.term_mut(down).tolerance = Tolerance { radians: 2_f64.to_radians(), ..Tolerance::default() };

@@ -213,7 +213,7 @@ fn every_stop_rule_stops() {
 #[test]
 fn what_cannot_move_has_converged() {
     let (rig, hand) = arm();
-    let mut problem = Problem::new(&rig, []);
+    let mut problem = Problem::new(&rig, []).unwrap();
     problem.add(1.0, Position::new(hand, DVec3::ZERO));
     let (cost, stop, _) = solve(PEER, &problem, &mut rig.rest_pose());
     assert!(stop == StopReason::Converged && (cost - 0.81).abs() < 1e-12);

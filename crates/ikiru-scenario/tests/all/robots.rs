@@ -14,7 +14,7 @@ fn check(file: &str, base: &str, tip: &str) {
     let rig = ikiru_formats::read(path).unwrap().rig;
     let tip = rig.joint(tip).unwrap();
     let name = |j: JointId| rig.get(j).unwrap().name.clone();
-    let mut problem = Problem::new(&rig, rig.chain(base, &name(tip)).unwrap());
+    let mut problem = Problem::new(&rig, rig.chain(base, &name(tip)).unwrap()).unwrap();
     let id = problem.add(1.0, PoseTarget::new(tip, glam::DVec3::ZERO, DQuat::IDENTITY));
     problem.term_mut(id).tolerance = Tolerance { metres: 1e-5, radians: 1e-5 };
     let mut middle = rig.rest_pose();

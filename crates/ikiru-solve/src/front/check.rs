@@ -188,7 +188,7 @@ mod tests {
         objective: &(impl Objective + Clone),
         frames: &[Frame<f64>],
     ) -> (Vec<f64>, Option<&'static str>) {
-        let mut problem = Problem::new(&random_rig(8, 0), []);
+        let mut problem = Problem::new(&random_rig(8, 0), []).unwrap();
         problem.add(1.0, objective.clone());
         let layout = Layout::new(&problem).unwrap();
         let t = &layout.terms[0];

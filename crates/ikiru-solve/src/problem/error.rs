@@ -1,6 +1,6 @@
 //! What can be wrong with a motion problem.
 
-use ikiru_rig::ClipError;
+use ikiru_rig::{ClipError, ForeignJoint};
 
 use crate::problem::TimelineError;
 
@@ -25,6 +25,9 @@ pub enum MotionError {
         /// How many of them are given at the other side.
         taken: usize,
     },
+    /// The id of a joint that the rig does not have.
+    #[error(transparent)]
+    NoJoint(#[from] ForeignJoint),
     /// A pose of another rig.
     #[error("a pose belongs to another rig than the motion")]
     OtherRig,

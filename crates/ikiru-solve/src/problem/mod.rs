@@ -19,7 +19,7 @@ pub use when::When;
 
 use std::ops::{Index, IndexMut};
 
-use ikiru_rig::{JointId, Rig, ShapeDifference};
+use ikiru_rig::{ForeignJoint, JointId, Rig, ShapeDifference};
 
 use crate::objective::{Objective, TermReads, Unfit, check_objective};
 use crate::problem::term::AnyObjective;
@@ -65,22 +65,27 @@ impl Terms for Problem {
 
 impl Problem {
     /// A problem without terms, in which the given joints of the rig may move; all others stay where the
-    /// pose has them. Ids that the rig does not have are left out.
-    #[must_use]
-    pub fn new(rig: &Rig, active: impl IntoIterator<Item = JointId>) -> Self {
+    /// pose has them.
+    ///
+    /// # Errors
+    /// The first id that the rig does not have.
+    pub fn new(rig: &Rig, active: impl IntoIterator<Item = JointId>) -> Result<Self, ForeignJoint> {
         let mut flags = vec![false; rig.n_joints()];
         for joint in active {
-            if let Some(flag) = flags.get_mut(joint.index()) {
-                *flag = true;
-            }
+            check_joint(rig, joint)?;
+            flags[joint.index()] = true;
         }
-        Self { rig: rig.clone(), active: flags, terms: Vec::new(), next_key: 0 }
+        Ok(Self::of_active(rig, flags))
     }
 
     /// A problem without terms, in which every joint that has a degree of freedom may move.
     #[must_use]
     pub fn whole_body(rig: &Rig) -> Self {
-        Self::new(rig, rig.ids())
+        Self::of_active(rig, vec![true; rig.n_joints()])
+    }
+
+    fn of_active(rig: &Rig, active: Vec<bool>) -> Self {
+        Self { rig: rig.clone(), active, terms: Vec::new(), next_key: 0 }
     }
 
     /// The rig.
@@ -218,6 +223,12 @@ impl Problem {
     pub(crate) fn active_flags(&self) -> &[bool] {
         &self.active
     }
+}
+
+/// Whether a joint is one of the rig's.
+fn check_joint(rig: &Rig, joint: JointId) -> Result<(), ForeignJoint> {
+    let (joint, n_joints) = (joint.index(), rig.n_joints());
+    if joint < n_joints { Ok(()) } else { Err(ForeignJoint { joint, n_joints }) }
 }
 
 impl<T: Objective> Index<TermId<T>> for Problem {

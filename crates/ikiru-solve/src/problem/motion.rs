@@ -6,11 +6,11 @@ use ikiru_rig::{JointId, Pose, RateLimit, Rig};
 
 use crate::objective::{Objective, TermReads, Unfit, check_objective};
 use crate::problem::MotionError;
-use crate::problem::Problem;
 use crate::problem::Timeline;
 use crate::problem::When;
 use crate::problem::term::{AnyObjective, Term, TermId, Tolerance};
 use crate::problem::track::{Track, n_earlier, reads_the_same};
+use crate::problem::{Problem, check_joint};
 
 /// Which joints may move, what is wanted when, how smooth the motion should be, and which samples are given.
 ///
@@ -39,9 +39,22 @@ pub struct MotionProblem {
 impl MotionProblem {
     /// A problem without terms in which the given joints may move, with smoothness weights of 0.001 for each
     /// order, as the paper's authors have them. All other joints stay where the guess has them.
+    ///
+    /// # Errors
+    /// The first id that the rig does not have.
+    pub fn new(
+        rig: &Rig,
+        active: impl IntoIterator<Item = JointId>,
+        timeline: Timeline,
+    ) -> Result<Self, MotionError> {
+        Ok(Self::of_problem(Problem::new(rig, active)?, timeline))
+    }
+
+    /// A problem without terms in which every joint that has a degree of freedom may move, with the smoothness that
+    /// [`new`](Self::new) gives.
     #[must_use]
-    pub fn new(rig: &Rig, active: impl IntoIterator<Item = JointId>, timeline: Timeline) -> Self {
-        Self::of_problem(Problem::new(rig, active), timeline)
+    pub fn whole_body(rig: &Rig, timeline: Timeline) -> Self {
+        Self::of_problem(Problem::whole_body(rig), timeline)
     }
 
     fn of_problem(base: Problem, timeline: Timeline) -> Self {
@@ -198,11 +211,13 @@ impl MotionProblem {
         Ok(())
     }
 
-    /// The same of one joint.
+    /// Weights of smoothness of one joint, for the orders 1 to 3, in the place of those that
+    /// [all others](Self::set_smoothness) have.
     ///
     /// # Errors
-    /// A weight that is not finite or below 0.
+    /// A joint that the rig does not have; a weight that is not finite or below 0.
     pub fn set_joint_smoothness(&mut self, joint: JointId, weights: [f64; 3]) -> Result<(), MotionError> {
+        check_joint(self.rig(), joint)?;
         check_weights(weights)?;
         self.of_joints.push((joint, weights));
         Ok(())
@@ -437,7 +452,7 @@ mod tests {
         let (mut n_settled, mut n_open) = (0, 0);
         for n_history in 0..n_samples - 1 {
             for end in [None, Some(&rest)] {
-                let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+                let mut motion = MotionProblem::whole_body(&rig, timeline);
                 motion.fix_history(&vec![rest.clone(); n_history]).unwrap();
                 motion.fix_end(end).unwrap();
                 for from in 0..n_samples {

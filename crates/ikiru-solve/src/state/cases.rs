@@ -147,7 +147,7 @@ fn case_with(number: u64, rates: bool, add: impl Fn(&mut MotionProblem, &mut Ran
     let mut random = Random::new(number);
     let rig = random_rig(3 + random.below(6), number);
     let timeline = Timeline::seconds(1.0, 4.0 + random.below(6) as f64).unwrap();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+    let mut motion = MotionProblem::whole_body(&rig, timeline);
     motion.set_smoothness([0, 1, 2].map(|_| random.between(0.0, 0.2))).unwrap();
     motion.set_joint_smoothness(JointId::from_index(1), [0.3, 0.0, 0.1]).unwrap();
     motion.set_at_rest(random.below(2) == 0, random.below(2) == 0);

@@ -64,7 +64,7 @@ fn motions_stay_inside_between_poses_too() {
         let (rig, tip) = arm(&mut random);
         let (start, goal) =
             (random_pose(&rig, &mut random), random_pose(&rig, &mut random).frame(tip).unwrap());
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(6).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::points(6).unwrap());
         motion.set_smoothness([1e-6; 3]).unwrap();
         motion.fix_start(&start).unwrap();
         motion.add(1.0, When::End, Position::new(tip, goal.position)).unwrap();

@@ -118,7 +118,7 @@ fn a_potential_pulls_to_its_least_value_in_poses_and_motions() {
         assert!((report.cost - report.terms[0].cost).abs() < 1e-12 && report.success);
         assert!(is_there(&pose), "{}: {:?}", method.name(), report.stop);
     }
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 4.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 4.0).unwrap());
     let valley = motion.add(2.0, When::Throughout, valley).unwrap();
     let guess = Clip::still(random_pose(&rig, &mut Random::new(2)));
     let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
@@ -273,7 +273,7 @@ fn an_objective_that_gives_up_ends_the_solve_and_is_named() {
         assert!(after < before, "{}: {after} from {before}", method.name());
         expected(invalid);
     }
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 4.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 4.0).unwrap());
     let left = Arc::new(AtomicUsize::new(12));
     let tires = Tires { inner: Position::new(tip, far), left, opens_too_many: false };
     motion.add(1.0, When::Throughout, tires).unwrap();

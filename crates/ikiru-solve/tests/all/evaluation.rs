@@ -142,7 +142,7 @@ fn each_depth_gives_what_the_next_one_gives_and_no_more() {
 #[test]
 fn what_nothing_moves_is_told() {
     let rig = random_rig(6, 1);
-    let mut problem = Problem::new(&rig, []);
+    let mut problem = Problem::new(&rig, []).unwrap();
     problem.add_hard(Position::new(JointId::from_index(5), DVec3::ONE));
     let mut evaluation = Evaluation::default();
     evaluation.at(&problem, &rig.rest_pose()).unwrap();

@@ -66,7 +66,7 @@ fn a_limit_that_alone_is_in_the_way_bears_all_of_it_and_costs_what_moving_it_sav
     for loss in [Loss::Squared, Loss::Norm, Loss::Huber { width: 0.05 }] {
         let problem = |limit: f64| {
             let (rig, ids) = chain(&[(0.4, Range::new(-PI, limit)), (0.3, Range::new(-0.2, 0.4))]);
-            let mut problem = Problem::new(&rig, [ids[0]]);
+            let mut problem = Problem::new(&rig, [ids[0]]).unwrap();
             let target = 0.7 * DVec3::new(1.1_f64.cos(), 1.1_f64.sin(), 0.0);
             let reach = problem.add(2.0, Position::new(ids[2], target));
             problem.term_mut(reach).loss = loss;
@@ -288,9 +288,9 @@ fn a_world_that_is_moved_and_turned_has_the_same_forces() {
         }
         let elsewhere = builder.build().unwrap();
         let PoseTarget { joint, position, rotation, .. } = problem[first];
-        let mut own = Problem::new(&rig, problem.active());
+        let mut own = Problem::new(&rig, problem.active()).unwrap();
         own.add(1.0, PoseTarget::new(joint, position, rotation));
-        let mut others = Problem::new(&elsewhere, problem.active());
+        let mut others = Problem::new(&elsewhere, problem.active()).unwrap();
         others.add(1.0, PoseTarget::new(joint, moved(position), turn * rotation));
         let ((cost, forces, _), (cost_moved, forces_moved, _)) = (solved(&own), solved(&others));
         if (cost - cost_moved).abs() > 1e-9 {
@@ -409,7 +409,7 @@ fn motions_tell_what_is_in_the_way_at_the_worst_sample() {
     let guess = rig.rest_pose();
     let line = Timeline::seconds(1.0, 10.0).unwrap();
     // Beyond the limits of both hinges.
-    let mut motion = MotionProblem::new(&rig, rig.ids(), line);
+    let mut motion = MotionProblem::whole_body(&rig, line);
     let target = DVec3::new(0.0, 0.7, 0.0);
     motion.add(1.0, When::At(1.0), Position::new(ids[2], target)).unwrap();
     motion.set_smoothness([1e-6; 3]).unwrap();
@@ -418,14 +418,14 @@ fn motions_tell_what_is_in_the_way_at_the_worst_sample() {
         planned.report.forces.iter().filter(|f| f.on == Some(0) && matches!(f.by, ForceBy::Limit { .. }));
     assert!(limits.map(|f| f.share).sum::<f64>() > 0.99, "{:?}", planned.report.forces);
     // A weight that smoothness outweighs.
-    let mut motion = MotionProblem::new(&rig, rig.ids(), line);
+    let mut motion = MotionProblem::whole_body(&rig, line);
     motion.fix_start(&guess).unwrap();
     motion.add(1e-3, When::At(0.1), Position::new(ids[2], DVec3::new(0.65, 0.2, 0.0))).unwrap();
     let planned = plan(SolverOptions::default(), &motion, &guess);
     let smooth = force(&planned.report.forces, 0, ForceBy::Smoothness);
     assert!(smooth.share > 0.99 && planned.report.forces[0] == smooth, "{:?}", planned.report.forces);
     // Time that does not suffice.
-    let mut motion = MotionProblem::new(&rig, rig.ids(), line);
+    let mut motion = MotionProblem::whole_body(&rig, line);
     motion.fix_start(&guess).unwrap();
     motion.set_smoothness([1e-6; 3]).unwrap();
     motion.add(1.0, When::At(0.1), Position::new(ids[2], DVec3::new(0.65, 0.2, 0.0))).unwrap();
@@ -440,7 +440,7 @@ fn motions_tell_what_is_in_the_way_at_the_worst_sample() {
     let rates = force(&planned.report.forces, 0, ForceBy::RateLimits);
     assert!(rates.share > 0.9, "{:?}", planned.report.forces);
     // A constraint that holds throughout, and one that it contradicts.
-    let mut motion = MotionProblem::new(&rig, rig.ids(), line);
+    let mut motion = MotionProblem::whole_body(&rig, line);
     motion.set_smoothness([1e-6; 3]).unwrap();
     motion.add(1.0, When::At(1.0), Position::new(ids[2], DVec3::new(0.65, 0.2, 0.0))).unwrap();
     let coupling = |at: f64| Coupling::new(&rig, &[(ids[0], None, 1.0)], Bound::AtMost(at)).unwrap();
@@ -461,13 +461,13 @@ fn motions_tell_what_is_in_the_way_at_the_worst_sample() {
         );
     }
     // Out of reach by a known distance; of a motion that meets all, nothing is told.
-    let mut motion = MotionProblem::new(&rig, rig.ids(), line);
+    let mut motion = MotionProblem::whole_body(&rig, line);
     motion.add(1.0, When::Throughout, Position::new(ids[2], DVec3::X * 1.0)).unwrap();
     let planned = plan(SolverOptions::default(), &motion, &guess);
     let reach = force(&planned.report.forces, 0, ForceBy::Reach { is_proven: true });
     assert!((reach.amount - 0.3).abs() < 1e-9 && reach.share > 0.99, "{reach:?}");
     assert_eq!(planned.report.hint, None, "a hinge that is the root cannot float");
-    let mut motion = MotionProblem::new(&rig, rig.ids(), line);
+    let mut motion = MotionProblem::whole_body(&rig, line);
     motion.add(1.0, When::At(1.0), Position::new(ids[2], DVec3::X * 0.7)).unwrap();
     let planned = plan(SolverOptions::default(), &motion, &guess);
     assert!(planned.report.success && planned.report.forces.is_empty());

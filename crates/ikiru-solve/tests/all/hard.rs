@@ -63,7 +63,7 @@ fn a_constraint_that_nothing_moves_is_named_and_spoils_no_other() {
         let rig = random_rig(10, number);
         let joint = JointId::from_index;
         // Nothing above the fifth joint moves.
-        let mut problem = Problem::new(&rig, rig.ids().filter(|joint| joint.index() >= 5));
+        let mut problem = Problem::new(&rig, rig.ids().filter(|joint| joint.index() >= 5)).unwrap();
         let target = random_pose(&rig, &mut random).frame(joint(9)).unwrap().position;
         problem.add(1.0, Position::new(joint(9), target));
         let start = random_pose(&rig, &mut random);
@@ -211,7 +211,7 @@ fn rows_that_nothing_moves_are_judged_and_disturb_nothing() {
     assert!(told == [true, false] && !report.success);
     assert!((report.cost - cost).abs() < 1e-6 * cost, "{} {cost}", report.cost);
     // Nor does a problem in which nothing moves at all.
-    let mut problem = Problem::new(&rig, []);
+    let mut problem = Problem::new(&rig, []).unwrap();
     problem.add_hard(below(hand, -0.1));
     assert!((solve(search(4), &problem, &mut pose).missed - 0.1 - hand_of(&pose).y).abs() < 1e-9);
 }

@@ -73,7 +73,7 @@ fn coupling(rig: &Rig, random: &mut Random, pose: &Pose) -> Option<Coupling> {
 
 /// The length of the residual of an objective at a pose.
 fn residual<T: ikiru_solve::Objective + Clone>(rig: &Rig, objective: T, pose: &Pose) -> f64 {
-    let mut problem = Problem::new(rig, []);
+    let mut problem = Problem::new(rig, []).unwrap();
     problem.add(1.0, objective);
     let solver = Solver::default();
     let mut workspace = solver.workspace(&problem);

@@ -24,7 +24,7 @@ fn case(number: u64, n_samples: usize) -> (Rig, MotionProblem) {
         poses.push(pose);
     }
     let timeline = Timeline::seconds(1.0, (n_samples - 1) as f64).unwrap();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+    let mut motion = MotionProblem::whole_body(&rig, timeline);
     motion.set_smoothness([0.01; 3]).unwrap();
     if random.below(2) == 0 {
         motion.fix_start(&poses[0]).unwrap();
@@ -132,7 +132,7 @@ fn what_is_hard_is_kept_at_a_cost_and_changes_nothing_where_it_does_not_bind() {
 fn constraints_that_contradict_each_other_are_named() {
     let rig = random_rig(6, 3);
     let [a, b] = [0, 5].map(JointId::from_index);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 5.0).unwrap());
     let apart =
         rig.rest_pose().frame(a).unwrap().position.distance(rig.rest_pose().frame(b).unwrap().position);
     motion.add_hard(When::Throughout, Distance::new([a, b], Bound::AtMost(apart))).unwrap();
@@ -148,7 +148,7 @@ fn constraints_that_contradict_each_other_are_named() {
         assert!((report.terms[1].times.unwrap().worst_secs - 0.6).abs() < 1e-9);
     }
     // A constraint that given samples do not meet, and nothing else can.
-    let mut settled = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
+    let mut settled = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 5.0).unwrap());
     settled.fix_start(&rig.rest_pose()).unwrap();
     settled.add_hard(When::At(0.0), Distance::new([a, b], Bound::AtLeast(apart + 0.1))).unwrap();
     let report = plan(&settled, &rig, SolverOptions::default()).report;
@@ -213,7 +213,7 @@ fn what_reads_earlier_samples_holds_between_them() {
         let [foot, hand] = [4, 9].map(JointId::from_index);
         let still = Still { joint: foot, point: DVec3::new(0.1, 0.0, 0.05) };
         let timeline = Timeline::seconds(1.0, 10.0).unwrap();
-        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        let mut motion = MotionProblem::whole_body(&rig, timeline);
         motion.set_smoothness([0.01; 3]).unwrap();
         if number % 2 == 0 {
             motion.fix_start(&start).unwrap();

@@ -8,6 +8,7 @@ mod contract;
 mod custom;
 mod evaluation;
 mod forces;
+mod foreign;
 mod hard;
 mod hard_cases;
 mod hard_motions;

@@ -28,7 +28,7 @@ fn one_end_objective_has_the_known_optimum() {
     for points in [0, 1, 3, 10] {
         for _ in 0..5 {
             let target = random.vector(1.0).normalize() * random.between(0.3, 0.8);
-            let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(points).unwrap());
+            let mut motion = MotionProblem::whole_body(&rig, Timeline::points(points).unwrap());
             motion.add(1.0, When::End, Position::new(hand, target)).unwrap();
             motion.fix_start(&rig.rest_pose()).unwrap();
             let mut start = rig.rest_pose();
@@ -61,7 +61,7 @@ fn costs_are_those_of_equation_26() {
     let weights = [0.01, 0.002, 0.003];
     let target = DVec3::new(0.5, 0.4, 0.3);
     for method in [Method::Lm, Method::from_name("adam").unwrap()] {
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
         motion.set_smoothness(weights).unwrap();
         let reach = motion.add(1.0, When::At(0.5), Position::new(hand, target)).unwrap();
         motion.term_mut(reach).loss = Loss::Norm;
@@ -94,7 +94,7 @@ fn several_keys_given_ends_and_a_direction_throughout() {
         let mut random = Random::new(case);
         let tip = JointId::from_index(rig.n_joints() - 1);
         let (start, end) = (random_pose(&rig, &mut random), random_pose(&rig, &mut random));
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(2.0, 20.0).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(2.0, 20.0).unwrap());
         motion.fix_start(&start).unwrap();
         motion.fix_end(Some(&end)).unwrap();
         let targets: Vec<DVec3> =
@@ -126,7 +126,7 @@ fn several_keys_given_ends_and_a_direction_throughout() {
 fn targets_that_move_are_followed() {
     let (rig, hand) = arm(120.0);
     let at = |secs: f64| DVec3::new(0.5, 0.3 * (3.0 * secs).sin(), 0.3 * (3.0 * secs).cos());
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     motion.set_smoothness([1e-6, 1e-6, 1e-6]).unwrap();
     motion.add_moving(1.0, When::Throughout, |secs| Position::new(hand, at(secs))).unwrap();
     let mut start = rig.rest_pose();
@@ -143,7 +143,7 @@ fn a_long_motion_with_wishes_at_every_frame_is_followed() {
     let (rig, hand) = arm(120.0);
     // 1,500 rows: far too many for a matrix over all of them.
     let at = |secs: f64| DVec3::new(0.5, 0.3 * (3.0 * secs).sin(), 0.3 * (3.0 * secs).cos());
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(5.0, 100.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(5.0, 100.0).unwrap());
     motion.set_smoothness([1e-5, 1e-4, 1e-4]).unwrap();
     motion.add_moving(1.0, When::Throughout, |secs| Position::new(hand, at(secs))).unwrap();
     let mut start = rig.rest_pose();
@@ -173,7 +173,7 @@ fn a_motion_goes_on_from_its_history_without_a_kick() {
         let z = |p: &Pose| p.euler(JointId::from_index(0)).unwrap()[2];
         (z(&poses[4]) - 2.0 * z(&poses[3]) + z(&poses[2])).abs()
     };
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 20.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 20.0).unwrap());
     motion.set_smoothness([0.0, 0.001, 0.01]).unwrap();
     motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, -0.5, 0.2))).unwrap();
     motion.fix_history(&history).unwrap();
@@ -181,7 +181,7 @@ fn a_motion_goes_on_from_its_history_without_a_kick() {
     assert!(planned.report.success);
     assert_eq!(planned.clip.poses()[..4], history[..]);
     let kick = jump(planned.clip.poses());
-    let mut forgetful = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(0.85, 20.0).unwrap());
+    let mut forgetful = MotionProblem::whole_body(&rig, Timeline::seconds(0.85, 20.0).unwrap());
     forgetful.set_smoothness([0.0, 0.001, 0.01]).unwrap();
     forgetful.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, -0.5, 0.2))).unwrap();
     forgetful.fix_start(&history[3]).unwrap();
@@ -193,7 +193,7 @@ fn a_motion_goes_on_from_its_history_without_a_kick() {
 #[test]
 fn a_warm_plan_takes_fewer_iterations_and_repeats_itself() {
     let (rig, hand) = arm(120.0);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     let reach = motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.3, 0.5, 0.3))).unwrap();
     motion.fix_start(&rig.rest_pose()).unwrap();
     let solver = Solver::new(SolverOptions::default());
@@ -217,7 +217,7 @@ fn what_cannot_be_planned_says_why() {
     let (other, _) = arm(80.0);
     let rest = rig.rest_pose();
     let timeline = Timeline::seconds(1.0, 10.0).unwrap();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+    let mut motion = MotionProblem::whole_body(&rig, timeline);
     let reach = Position::new(hand, DVec3::new(0.2, 0.3, 0.4));
     for secs in [-0.1, 1.2, f64::NAN] {
         let refused = motion.add(1.0, When::At(secs), reach).map(|_| ());
@@ -272,7 +272,7 @@ fn rotations_of_balls_and_a_free_root_go_the_short_way() {
     let root = builder.add(root);
     let rig = builder.build().unwrap();
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 2.5);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(8).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::points(8).unwrap());
     motion.fix_start(&rig.rest_pose()).unwrap();
     motion.add(10.0, When::End, Orientation { joint: root, target: turn }).unwrap();
     motion.add(10.0, When::End, Position::new(root, DVec3::new(1.0, -2.0, 0.5))).unwrap();
@@ -293,7 +293,7 @@ fn joints_that_no_term_reads_are_led_from_one_given_frame_to_the_other() {
     let mut end = rig.rest_pose();
     end.coords_mut().iter_mut().enumerate().for_each(|(i, c)| *c = 0.1 * i as f64 - 0.4);
     for with_term in [false, true] {
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
         motion.set_smoothness([1.0, 0.0, 0.0]).unwrap();
         motion.fix_start(&rig.rest_pose()).unwrap();
         motion.fix_end(Some(&end)).unwrap();
@@ -316,7 +316,7 @@ fn joints_that_no_term_reads_are_led_from_one_given_frame_to_the_other() {
 #[test]
 fn even_spacing_makes_steps_of_one_length() {
     let (rig, hand) = arm(100.0);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(2.0, 20.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(2.0, 20.0).unwrap());
     motion.set_smoothness([1e-5, 1e-4, 0.0]).unwrap();
     motion.fix_start(&rig.rest_pose()).unwrap();
     // Near at half time, far at the end: without more, slow first and fast then.
@@ -345,7 +345,7 @@ fn even_spacing_makes_steps_of_one_length() {
 #[test]
 fn a_target_can_go_another_way_without_being_added_anew() {
     let (rig, hand) = arm(100.0);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 20.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 20.0).unwrap());
     motion.set_smoothness([1e-5; 3]).unwrap();
     let way = |secs: f64, side: f64| DVec3::new(0.6, side * (0.2 + 0.1 * secs), 0.1 * secs);
     let id = motion.add_moving(1.0, When::Throughout, |t| Position::new(hand, way(t, 1.0))).unwrap();
@@ -366,14 +366,14 @@ fn a_target_can_go_another_way_without_being_added_anew() {
     assert_eq!(refused, Err(MotionError::Changes(0.0)));
     assert_eq!(motion[id].target, way(0.0, -1.0));
     let still = motion.add(1.0, When::At(0.5), LookAt::new(hand, DVec3::X, DVec3::Y)).unwrap();
-    let mut other = MotionProblem::new(&rig, rig.ids(), *motion.timeline());
+    let mut other = MotionProblem::whole_body(&rig, *motion.timeline());
     assert_eq!(other.set_moving(still, |_| LookAt::new(hand, DVec3::X, DVec3::Z)), Err(MotionError::Term));
 }
 
 #[test]
 fn at_rest_a_motion_sets_in_and_ends_softly() {
     let (rig, hand) = arm(100.0);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     motion.set_smoothness([0.0, 0.01, 0.1]).unwrap();
     motion.fix_start(&rig.rest_pose()).unwrap();
     motion.add(10.0, When::End, Position::new(hand, DVec3::new(0.3, 0.5, 0.3))).unwrap();

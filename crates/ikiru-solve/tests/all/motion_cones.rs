@@ -33,7 +33,7 @@ fn motions_slide_along_the_edges_of_cones() {
     for _ in 0..100 {
         // Poses of random cones: many of them on an edge.
         let goal = random_pose(&rig, &mut random).frame(tip).unwrap();
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(6).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::points(6).unwrap());
         motion.set_smoothness([1e-6; 3]).unwrap();
         motion.fix_start(&rig.rest_pose()).unwrap();
         motion.add(1.0, When::End, Position::new(tip, goal.position)).unwrap();
@@ -52,7 +52,7 @@ fn at_the_edge_of_a_cone_too_the_optimum_is_met() {
         let a = f64::from(case);
         // Out of reach: the best lies on edges.
         let target = DVec3::new(0.3 * a.cos(), 0.5 + 0.1 * (2.0 * a).sin(), 0.6 * (1.3 * a).sin());
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::points(8).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::points(8).unwrap());
         motion.fix_start(&rig.rest_pose()).unwrap();
         motion.add(1.0, When::End, Position::new(tip, target)).unwrap();
         let planned = plan(SolverOptions::default(), &motion, &rig.rest_pose());

@@ -13,7 +13,7 @@ use ikiru_solve::{
 fn what_given_frames_do_not_meet_is_named() {
     let (rig, hand) = arm(100.0);
     let rest = rig.rest_pose();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
     motion.set_smoothness([1e-6; 3]).unwrap();
     motion.fix_start(&rest).unwrap();
     motion.fix_end(Some(&rest)).unwrap();
@@ -31,7 +31,7 @@ fn what_given_frames_do_not_meet_is_named() {
     let planned = plan(SolverOptions::default(), &motion, &rest);
     assert!(planned.report.success && !planned.report.terms[1].satisfied);
     // Over a span it says nothing of the frames that are given.
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
     motion.set_smoothness([1e-6; 3]).unwrap();
     motion.fix_start(&rest).unwrap();
     motion.add(1.0, When::Throughout, Position::new(hand, DVec3::new(0.5, 0.5, 0.0))).unwrap();
@@ -51,7 +51,7 @@ fn what_does_not_move_is_judged_as_the_clip_has_it() {
     };
     let guess = Clip::new("", vec![0.0, 1.0], vec![turned(0.0), turned(1.0)]).unwrap();
     let active: Vec<JointId> = rig.ids().filter(|joint| *joint != first).collect();
-    let mut motion = MotionProblem::new(&rig, active, Timeline::seconds(1.0, 10.0).unwrap());
+    let mut motion = MotionProblem::new(&rig, active, Timeline::seconds(1.0, 10.0).unwrap()).unwrap();
     motion.set_smoothness([1e-6; 3]).unwrap();
     let id = motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.5, 0.4, 0.2))).unwrap();
     let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
@@ -82,7 +82,7 @@ fn an_active_joint_that_no_term_reads_stays_where_the_given_frame_has_it() {
     let (b, tip) = (rig.joint("b").unwrap(), rig.joint("a_tip").unwrap());
     let mut start = rig.rest_pose();
     start.set_value(b, 1.0).unwrap();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
     motion.fix_start(&start).unwrap();
     motion.add(1.0, When::End, Position::new(tip, DVec3::Y)).unwrap();
     let planned = plan(SolverOptions::default(), &motion, &rig.rest_pose());
@@ -95,7 +95,7 @@ fn a_given_frame_outside_its_range_does_not_spoil_the_rest() {
     let mut start = rig.rest_pose();
     start.set_euler(JointId::from_index(1), [0.0, 0.0, 1.5]).unwrap();
     assert!(start.limit_violation() > 0.4);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 20.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 20.0).unwrap());
     motion.set_smoothness([1e-6; 3]).unwrap();
     motion.fix_start(&start).unwrap();
     motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.6, 0.4, 0.1))).unwrap();
@@ -109,7 +109,7 @@ fn a_given_frame_outside_its_range_does_not_spoil_the_rest() {
 fn terms_of_joint_motions_alone_move_without_smoothness() {
     let (rig, _) = arm(100.0);
     let joints: Vec<JointId> = rig.ids().take(4).collect();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 10.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
     motion.set_smoothness([0.0; 3]).unwrap();
     motion.add(1.0, When::Throughout, RestPose::new(&joints, rig.rest_pose())).unwrap();
     let mut start = rig.rest_pose();
@@ -135,7 +135,7 @@ fn turn_with_settled_term(weight: f64, smoothness: f64, miss: f64) -> (Vec<f64>,
         pose
     };
     let (from, to) = (10_f64.to_radians(), 50_f64.to_radians());
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     motion.set_smoothness([smoothness; 3]).unwrap();
     motion.fix_start(&turned(from)).unwrap();
     motion.fix_end(Some(&turned(to))).unwrap();
@@ -172,7 +172,7 @@ fn what_given_samples_settle_costs_what_each_of_them_does() {
     let (rig, hand) = arm(100.0);
     let root = JointId::from_index(0);
     // Only the hand may move: the root is read at every sample, and its target goes away from it.
-    let mut motion = MotionProblem::new(&rig, [hand], timeline);
+    let mut motion = MotionProblem::new(&rig, [hand], timeline).unwrap();
     let when = When::Span { from: timeline.time(0), to: timeline.time(2) };
     let at = rig.rest_pose().frame(root).unwrap().position;
     let away = DVec3::new(0.3, 0.1, -0.2);

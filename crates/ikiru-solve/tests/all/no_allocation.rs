@@ -121,7 +121,7 @@ fn nor_does_a_second_plan_of_a_motion_of_the_same_shape() {
         let rig = random_rig(12, case);
         let tip = JointId::from_index(rig.n_joints() - 1);
         let timeline = Timeline::seconds(1.0, if case % 2 == 0 { 8.0 } else { 30.0 }).unwrap();
-        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        let mut motion = MotionProblem::whole_body(&rig, timeline);
         let reach = motion.add(1.0, When::End, Position::new(tip, DVec3::ONE)).unwrap();
         let led = JointId::from_index(rig.n_joints() / 2);
         // With targets at all samples there are too many rows to solve over.

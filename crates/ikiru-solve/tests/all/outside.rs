@@ -112,7 +112,7 @@ fn what_is_offered_is_kept_inside_limits_and_only_where_it_is_better() {
     for case in 0..40 {
         let (whole, mut pose) = problem(case, &mut random);
         let held = whole.active().next().unwrap();
-        let mut problem = Problem::new(whole.rig(), whole.active().skip(1));
+        let mut problem = Problem::new(whole.rig(), whole.active().skip(1)).unwrap();
         problem.add(1.0, Position::new(JointId::from_index(whole.rig().n_joints() - 1), random.vector(0.5)));
         let before = pose.clone();
         let solver = Solver::new(options(&Careless));

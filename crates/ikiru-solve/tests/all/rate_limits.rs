@@ -78,7 +78,7 @@ fn a_hinge_goes_as_far_as_its_speed_lets_it() {
     let (rig, joint, tip) = one(hinge());
     let goal = |angle: f64| DVec3::new(0.5 * angle.cos(), 0.5 * angle.sin(), 0.0);
     for (most, reaches) in [(2.2, true), (1.5, false)] {
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
         motion.set_smoothness([0.0, 0.0, 1e-4]).unwrap();
         motion.fix_start(&rig.rest_pose()).unwrap();
         motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, most)]).unwrap();
@@ -105,7 +105,7 @@ fn a_budget_that_has_run_out_leaves_what_is_known_to_keep_the_limits() {
         pose
     };
     let goal = DVec3::new(0.5 * 2.9_f64.cos(), 0.5 * 2.9_f64.sin(), 0.0);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     motion.fix_start(&rig.rest_pose()).unwrap();
     motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, 1.0)]).unwrap();
     motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
@@ -125,7 +125,7 @@ fn accelerations_hold_and_what_can_be_reached_is() {
     let (rig, joint, tip) = one(hinge());
     let timeline = Timeline::seconds(1.0, 60.0).unwrap();
     for (most, reaches) in [(5.0, true), (2.0, false)] {
-        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        let mut motion = MotionProblem::whole_body(&rig, timeline);
         motion.set_smoothness([0.0, 1e-4, 1e-4]).unwrap();
         motion.fix_history(&[rig.rest_pose(), rig.rest_pose()]).unwrap();
         motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Acceleration, most)]).unwrap();
@@ -149,7 +149,7 @@ fn every_joint_of_any_rig_keeps_its_limits() {
         let rig = random_rig(7, case);
         let start = random_pose(&rig, &mut random);
         let goal = random_pose(&rig, &mut random);
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 20.0).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 20.0).unwrap());
         motion.set_smoothness([1e-4; 3]).unwrap();
         motion.fix_start(&start).unwrap();
         let tip = JointId::from_index(rig.n_joints() - 1);
@@ -193,7 +193,7 @@ fn every_joint_of_any_rig_keeps_its_limits() {
 #[test]
 fn limits_that_do_not_bind_change_nothing() {
     let (rig, joint, tip) = one(hinge());
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     motion.fix_start(&rig.rest_pose()).unwrap();
     motion.add(1.0, When::End, Position::new(tip, DVec3::new(0.4, 0.3, 0.0))).unwrap();
     let free = plan(&motion, &rig.rest_pose());
@@ -205,7 +205,7 @@ fn limits_that_do_not_bind_change_nothing() {
 #[test]
 fn what_is_given_too_far_apart_names_joint_and_time() {
     let (rig, joint, _) = one(hinge());
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     motion.fix_start(&rig.rest_pose()).unwrap();
     let mut end = rig.rest_pose();
     end.set_value(joint, 2.0).unwrap();
@@ -225,7 +225,7 @@ fn what_is_given_too_far_apart_names_joint_and_time() {
 #[test]
 fn limits_that_mean_nothing_are_refused() {
     let (rig, joint, _) = one(hinge());
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     for most in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refused = motion.set_rate_limits(&[limit(joint, RatePart::Rotation, Rate::Speed, most)]);
         assert!(matches!(refused, Err(MotionError::RateLimit(ClipError::RateLimitMost { .. }))), "{most}");
@@ -256,7 +256,7 @@ fn a_ball_and_a_slider_keep_theirs() {
         (euler, RatePart::Rotation),
     ] {
         let (rig, joint, tip) = one(motion);
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
         motion.set_smoothness([0.0, 1e-5, 1e-5]).unwrap();
         motion.fix_start(&rig.rest_pose()).unwrap();
         let goal =
@@ -275,7 +275,7 @@ fn a_ball_and_a_slider_keep_theirs() {
 fn a_free_duration_takes_as_long_as_the_limits_ask_for() {
     let (rig, joint, tip) = one(hinge());
     let goal = |angle: f64| DVec3::new(0.5 * angle.cos(), 0.5 * angle.sin(), 0.0);
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(4.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(4.0, 30.0).unwrap());
     motion.set_smoothness([0.0, 1e-4, 1e-3]).unwrap();
     motion.fix_start(&rig.rest_pose()).unwrap();
     let near = motion.add(1.0, When::At(3.0), Position::new(tip, goal(0.1))).unwrap();
@@ -336,7 +336,7 @@ fn limits_above_what_a_motion_needs_are_kept_from_a_moving_history() {
             })
             .collect();
         let clip = Clip::new("", timeline.times(), poses.clone()).unwrap();
-        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        let mut motion = MotionProblem::whole_body(&rig, timeline);
         motion.set_smoothness([1e-4; 3]).unwrap();
         motion.fix_history(&poses[..3]).unwrap();
         let tip = JointId::from_index(rig.n_joints() - 1);
@@ -367,7 +367,7 @@ fn limits_above_what_a_motion_needs_are_kept_from_a_moving_history() {
 fn what_was_executed_is_not_judged_and_does_not_slow_down_what_is_planned() {
     let (rig, joint, tip) = one(hinge());
     let timeline = Timeline::seconds(2.0, 30.0).unwrap();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+    let mut motion = MotionProblem::whole_body(&rig, timeline);
     motion.set_smoothness([0.0, 1e-5, 1e-5]).unwrap();
     // Too fast at first (6 rad/s), then at rest.
     let mut angle = 0.0;
@@ -393,7 +393,7 @@ fn what_was_executed_is_not_judged_and_does_not_slow_down_what_is_planned() {
 #[test]
 fn even_spacing_and_limits_go_together() {
     let (rig, joint, tip) = one(hinge());
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
     motion.set_smoothness([0.0, 1e-5, 1e-5]).unwrap();
     motion.set_even_spacing(1.0).unwrap();
     motion.fix_start(&rig.rest_pose()).unwrap();

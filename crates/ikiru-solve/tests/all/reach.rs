@@ -13,7 +13,7 @@ use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 #[test]
 fn how_far_a_target_is_out_of_reach_is_known() {
     let reach = |rig: &Rig, active: &[JointId], tip: JointId, target: DVec3| {
-        let mut problem = Problem::new(rig, active.iter().copied());
+        let mut problem = Problem::new(rig, active.iter().copied()).unwrap();
         problem.add(1.0, Position::new(tip, target));
         let (_, forces, _) = solved(&problem);
         let on = |force: &Force| force.on == Some(0) && force.by == (ForceBy::Reach { is_proven: true });
@@ -86,7 +86,7 @@ fn no_pose_is_nearer_than_what_is_proven() {
     for case in 0..300 {
         let rig = random_rig(2 + random.below(12), case);
         let joint = JointId::from_index(rig.n_joints() - 1);
-        let mut problem = Problem::new(&rig, rig.ids().filter(|_| random.unit() < 0.8));
+        let mut problem = Problem::new(&rig, rig.ids().filter(|_| random.unit() < 0.8)).unwrap();
         let (point, target) = (random.vector(0.2), random.vector(1.5));
         problem.add(1.0, Position { joint, point, target });
         let (_, forces, found) = solved(&problem);
@@ -124,7 +124,7 @@ fn a_root_that_could_float_is_a_hint_where_it_would_do() {
     let foot = add("foot", Some(thigh), DVec3::NEG_Y * 0.9);
     let rig = builder.build().unwrap();
     let hint = |rig: &Rig, active: &[JointId], foot_at: Option<DVec3>| {
-        let mut problem = Problem::new(rig, active.iter().copied());
+        let mut problem = Problem::new(rig, active.iter().copied()).unwrap();
         problem.add(1.0, Position::new(hand, DVec3::new(3.0, 1.5, 0.0)));
         if let Some(at) = foot_at {
             problem.add(1.0, Position::new(foot, at));

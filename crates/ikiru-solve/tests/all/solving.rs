@@ -58,7 +58,7 @@ proptest! {
         let mut random = Random::new(seed);
         let joint = JointId::from_index(rig.n_joints() - 1);
         let active: Vec<JointId> = rig.ids().filter(|_| random.unit() < 0.8).collect();
-        let mut problem = Problem::new(&rig, active);
+        let mut problem = Problem::new(&rig, active).unwrap();
         let (position, rotation) = reachable(&rig, joint, &mut random);
         problem.add(1.0, PoseTarget::new(joint, position * 1.3, rotation));
         let start = random_pose(&rig, &mut random);
@@ -198,7 +198,7 @@ fn an_unreachable_target_names_what_is_in_the_way() {
     assert!((reach.amount - 1.45).abs() < 1e-12 && reach.unit == Unit::Metres);
 
     // The elbow does not bend backwards.
-    let mut problem = Problem::new(&rig, [elbow]);
+    let mut problem = Problem::new(&rig, [elbow]).unwrap();
     problem.add(1.0, Position::new(hand, DVec3::new(0.3, 0.0, -0.25)));
     let mut pose = rig.rest_pose();
     let mut workspace = solver.workspace(&problem);
@@ -208,7 +208,7 @@ fn an_unreachable_target_names_what_is_in_the_way() {
     assert_eq!(pose.value(elbow), Some(0.0));
 
     // Two terms that contradict each other.
-    let mut problem = Problem::new(&rig, [shoulder]);
+    let mut problem = Problem::new(&rig, [shoulder]).unwrap();
     problem.add(1.0, Direction::new(shoulder, DVec3::X, DVec3::new(1.0, 0.5, 0.0)));
     problem.add(1.0, Direction::new(shoulder, DVec3::X, DVec3::new(1.0, -0.5, 0.0)));
     let mut pose = rig.rest_pose();
@@ -383,7 +383,7 @@ fn a_problem_without_terms_or_joints_is_met_as_it_is() {
     let empty = Problem::whole_body(&rig);
     let mut workspace = solver.workspace(&empty);
     assert!(solver.solve(&empty, &mut rig.rest_pose(), &mut workspace).success);
-    let mut still = Problem::new(&rig, []);
+    let mut still = Problem::new(&rig, []).unwrap();
     still.add(1.0, Position::new(rig.joint("hand").unwrap(), DVec3::ZERO));
     let report = solver.solve(&still, &mut rig.rest_pose(), &mut workspace);
     assert!(

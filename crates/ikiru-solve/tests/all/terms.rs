@@ -45,7 +45,7 @@ fn the_two_units_of_a_free_root_are_two_parts() {
     let mut moved = rig.rest_pose();
     moved.set_rotation(joint, DQuat::from_rotation_y(0.3)).unwrap();
     moved.set_translation(joint, DVec3::new(0.0, 0.0, 0.4)).unwrap();
-    let mut problem = Problem::new(&rig, []);
+    let mut problem = Problem::new(&rig, []).unwrap();
     problem.add(1.0, RestPose::new(&[joint], rig.rest_pose()));
     let mut workspace = Solver::default().workspace(&problem);
     let report = Solver::default().solve(&problem, &mut moved, &mut workspace);
@@ -57,7 +57,7 @@ fn the_two_units_of_a_free_root_are_two_parts() {
 #[test]
 fn what_is_left_of_a_bound_is_told_and_what_is_missed() {
     let (rig, joint, tip) = one_joint(JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED });
-    let mut problem = Problem::new(&rig, []);
+    let mut problem = Problem::new(&rig, []).unwrap();
     for (bound, _) in BOUNDS {
         problem.add_hard(Coupling::new(&rig, &[(joint, None, 2.0)], bound).unwrap());
     }
@@ -95,7 +95,7 @@ const BOUNDS: [(Bound, Option<f64>); 4] = [
 fn of_a_motion_the_least_that_is_left_is_told() {
     let (rig, joint, _) = one_joint(JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED });
     let timeline = Timeline::seconds(1.0, 10.0).unwrap();
-    let mut motion = MotionProblem::new(&rig, [joint], timeline);
+    let mut motion = MotionProblem::new(&rig, [joint], timeline).unwrap();
     let turn = |value| KnownRotation::new(&[(joint, JointAngles::Value(value))]);
     motion.add(1e6, When::At(0.0), turn(0.5)).unwrap();
     motion.add(1e6, When::At(0.5), turn(1.0)).unwrap();
@@ -219,7 +219,7 @@ fn more_parts_than_reports_have_room_for_are_refused() {
 #[test]
 fn rows_that_are_not_opened_are_zero_whatever_was_in_memory() {
     let (rig, joint, _) = slider();
-    let mut problem = Problem::new(&rig, []);
+    let mut problem = Problem::new(&rig, []).unwrap();
     problem.add(1.0, KnownRotation::new(&[(joint, JointAngles::Value(0.7))]));
     problem.add(1.0, Parts { joint, units: Vec::new(), own_row: true });
     let mut workspace = Solver::default().workspace(&problem);

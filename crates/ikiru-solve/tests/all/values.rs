@@ -124,7 +124,7 @@ fn a_motion_gives_the_problem_of_each_sample() {
     let rig = random_rig(8, 11);
     let tip = JointId::from_index(7);
     let timeline = Timeline::seconds(1.0, 4.0).unwrap();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+    let mut motion = MotionProblem::whole_body(&rig, timeline);
     let still = motion.add(0.5, When::Span { from: 0.5, to: 1.0 }, Position::new(tip, DVec3::X)).unwrap();
     let going = motion
         .add_moving(2.0, When::Span { from: 0.25, to: 0.75 }, |secs| Position::new(tip, DVec3::Y * secs))
@@ -153,7 +153,7 @@ fn a_term_of_a_motion_that_is_off_costs_nothing_and_is_still_reported() {
     let tip = JointId::from_index(5);
     let target = random_pose(&rig, &mut random).frame(tip).unwrap().position;
     let plan = |add: bool, is_on: bool| {
-        let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(1.0, 5.0).unwrap());
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 5.0).unwrap());
         motion.fix_start(&rig.rest_pose()).unwrap();
         motion.add(1.0, When::End, Position::new(tip, target)).unwrap();
         if add {

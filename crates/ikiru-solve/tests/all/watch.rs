@@ -93,7 +93,7 @@ fn a_flag_ends_a_plan_at_most_one_iteration_later_also_inside_limits_on_rates() 
         (Method::Lm, true, false),
         (Method::Lm, true, true),
     ] {
-        let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+        let mut motion = MotionProblem::whole_body(&rig, timeline);
         motion.add(1.0, When::End, Position::new(tip(&rig), DVec3::new(0.3, -0.4, 0.2))).unwrap();
         motion.fix_start(&rest(&rig)).unwrap();
         motion.set_rate_limits(&if rates { limits(&rig) } else { Vec::new() }).unwrap();
@@ -143,7 +143,7 @@ fn how_late_a_plan_inside_many_limits_on_rates_is() {
     }
     let last = last.unwrap();
     let rig = builder.build().unwrap();
-    let mut motion = MotionProblem::new(&rig, rig.ids(), Timeline::seconds(2.0, 30.0).unwrap());
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(2.0, 30.0).unwrap());
     motion.add(1.0, When::At(1.0), Position::new(last, DVec3::new(1.0, 0.5, 0.3))).unwrap();
     motion.add(1.0, When::End, Position::new(last, DVec3::new(-1.0, 0.5, 0.3))).unwrap();
     motion.fix_start(&rig.rest_pose()).unwrap();

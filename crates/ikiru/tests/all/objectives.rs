@@ -63,7 +63,7 @@ impl Checked {
     ) {
         let rig = rig();
         // What moves has nothing to do with any of them.
-        let mut problem = Problem::new(&rig, [rig.joint("rightFoot").expect(GOOD)]);
+        let mut problem = Problem::new(&rig, [rig.joint("rightFoot").expect(GOOD)]).expect(GOOD);
         let kind = objective.kind();
         problem.add(2.0, objective);
         assert_eq!(worded(&problem, per), rows, "{name}");
