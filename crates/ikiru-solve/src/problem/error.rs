@@ -1,6 +1,6 @@
 //! What can be wrong with a motion problem.
 
-use ikiru_rig::{ClipError, ForeignJoint};
+use ikiru_rig::{ClipError, ForeignJoint, ShapeDifference};
 
 use crate::problem::TimelineError;
 
@@ -31,6 +31,15 @@ pub enum MotionError {
     /// A pose of another rig.
     #[error("a pose belongs to another rig than the motion")]
     OtherRig,
+    /// Another rig whose joints have other names, parents or rest transforms.
+    #[error("the other rig has another shape: {0}")]
+    Shape(#[from] ShapeDifference),
+    /// Another rig on which the numbers of given poses mean something else.
+    #[error("joint '{joint}' moves otherwise on the other rig, where the poses that are given do not fit")]
+    GivenMoves {
+        /// Name of the joint.
+        joint: String,
+    },
     /// A pose that is not usable.
     #[error("a given pose has numbers that are not finite, or quaternions that are not of unit length")]
     Pose,

@@ -2,6 +2,7 @@
 
 mod error;
 pub(crate) mod motion;
+mod motion_terms;
 mod path;
 pub(crate) mod sample_terms;
 mod samples;
@@ -94,11 +95,11 @@ impl Problem {
         &self.rig
     }
 
-    /// The same problem on another rig of the same shape: other limits, other lengths of bones. Joints, terms and ids
-    /// stay as they are.
+    /// The same problem on another rig of the same shape: other limits, other ways of its joints to move. Joints, terms
+    /// and ids stay as they are.
     ///
     /// # Errors
-    /// The first joint whose name, parent or motion differs.
+    /// The first joint whose name, parent or rest transform differs.
     pub fn with_rig(&self, rig: &Rig) -> Result<Self, ShapeDifference> {
         match self.rig.shape_difference(rig) {
             Some(difference) => Err(difference),

@@ -1,14 +1,14 @@
 //! A motion problem: objectives at times, smoothness, and samples that are given.
 
-use std::ops::{Index, IndexMut, Range};
+use std::ops::Range;
 
-use ikiru_rig::{JointId, Pose, RateLimit, Rig};
+use ikiru_rig::{Joint, JointId, JointMotion, Pose, RateLimit, Rig};
 
 use crate::objective::{Objective, TermReads, Unfit, check_objective};
 use crate::problem::MotionError;
 use crate::problem::Timeline;
 use crate::problem::When;
-use crate::problem::term::{AnyObjective, Term, TermId, Tolerance};
+use crate::problem::term::{AnyObjective, TermId, Tolerance};
 use crate::problem::track::{Track, n_earlier, reads_the_same};
 use crate::problem::{Problem, check_joint};
 
@@ -94,6 +94,33 @@ impl MotionProblem {
         self.base.rig()
     }
 
+    /// The same motion on another rig of the same shape: other limits, other ways of its joints to move. Joints, terms
+    /// and ids stay as they are, and so do the numbers of the samples that are given.
+    ///
+    /// # Errors
+    /// The first joint whose name, parent or rest transform differs; where samples are given, one whose numbers mean
+    /// something else on the other rig; a limit on a rate that the other rig does not have.
+    pub fn with_rig(&self, rig: &Rig) -> Result<Self, MotionError> {
+        let base = self.base.with_rig(rig)?;
+        for limit in &self.rate_limits {
+            limit.check(rig)?;
+        }
+        let carry = |pose: &Pose| {
+            let mut joints = self.rig().joints().iter().zip(rig.joints());
+            match joints.find(|(ours, theirs)| !moves_alike(ours, theirs)) {
+                Some((joint, _)) => Err(MotionError::GivenMoves { joint: joint.name.clone() }),
+                None => Pose::from_coords(rig, pose.coords()).map_err(|_| MotionError::Pose),
+            }
+        };
+        let history = self.history.iter().map(carry).collect::<Result<_, _>>()?;
+        let end = self.end.as_ref().map(carry).transpose()?;
+        let mut tracks = self.tracks.clone();
+        for (track, term) in tracks.iter_mut().zip(base.terms()) {
+            track.n_earlier = n_earlier(rig, term.objective());
+        }
+        Ok(Self { base, tracks, history, end, ..self.clone() })
+    }
+
     /// The timeline.
     #[must_use]
     pub fn timeline(&self) -> &Timeline {
@@ -122,7 +149,7 @@ impl MotionProblem {
         Ok(self.base.add(weight, objective))
     }
 
-    /// Adds an objective as a constraint at a time, over a span or throughout: [hard](Term::hard), within
+    /// Adds an objective as a constraint at a time, over a span or throughout: [hard](crate::Term::hard), within
     /// [`Tolerance::HARD`] at every sample.
     ///
     /// # Errors
@@ -254,28 +281,6 @@ impl MotionProblem {
     #[must_use]
     pub fn even_spacing(&self) -> f64 {
         self.even_spacing
-    }
-
-    /// A term, to change how it counts at all its samples.
-    ///
-    /// # Panics
-    /// When the motion has no such term.
-    #[must_use]
-    pub fn term_mut<T>(&mut self, id: TermId<T>) -> &mut Term {
-        self.base.term_mut(id)
-    }
-
-    /// The terms, to change how they count: they stay as many, in the same order.
-    pub fn terms_mut(&mut self) -> &mut [Term] {
-        self.base.terms_mut()
-    }
-
-    /// Takes a term out for good; `None` where it is gone already. The answer is the objective that the id led to.
-    pub fn remove<T: Objective + Clone>(&mut self, id: TermId<T>) -> Option<T> {
-        self.base.get(id)?;
-        let at = self.base.position(id)?;
-        self.tracks.remove(at);
-        self.base.remove(id)
     }
 
     /// The problem of the pose at one sample: the terms that hold there, under the same ids, with the targets that they
@@ -411,30 +416,28 @@ impl MotionProblem {
     }
 }
 
+/// Whether the numbers of one joint's pose mean the same for another, whatever its limits.
+fn moves_alike(a: &Joint, b: &Joint) -> bool {
+    let motion = match (a.motion, b.motion) {
+        (JointMotion::Hinge { axis: a, .. }, JointMotion::Hinge { axis: b, .. })
+        | (JointMotion::Slider { axis: a, .. }, JointMotion::Slider { axis: b, .. }) => a == b,
+        (JointMotion::Euler { order: a, .. }, JointMotion::Euler { order: b, .. }) => a == b,
+        (
+            JointMotion::Fixed
+            | JointMotion::Hinge { .. }
+            | JointMotion::Slider { .. }
+            | JointMotion::Euler { .. }
+            | JointMotion::Ball { .. }
+            | JointMotion::Free { .. },
+            _,
+        ) => std::mem::discriminant(&a.motion) == std::mem::discriminant(&b.motion),
+    };
+    motion && a.mimic == b.mimic
+}
+
 fn check_weights(weights: [f64; 3]) -> Result<(), MotionError> {
     let is_good = weights.iter().all(|w| w.is_finite() && *w >= 0.0);
     if is_good { Ok(()) } else { Err(MotionError::Smoothness(weights)) }
-}
-
-impl<T: Objective> Index<TermId<T>> for MotionProblem {
-    type Output = T;
-
-    /// # Panics
-    /// When the id is of another problem and does not fit.
-    fn index(&self, id: TermId<T>) -> &T {
-        &self.base[id]
-    }
-}
-
-impl<T: Objective> IndexMut<TermId<T>> for MotionProblem {
-    /// An objective that stays, to change it between solves. Of one that moves this is only a copy of its first
-    /// sample's.
-    ///
-    /// # Panics
-    /// When the id is of another problem and does not fit.
-    fn index_mut(&mut self, id: TermId<T>) -> &mut T {
-        &mut self.base[id]
-    }
 }
 
 #[cfg(test)]

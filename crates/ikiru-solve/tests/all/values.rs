@@ -2,10 +2,14 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::DVec3;
-use ikiru_rig::{Clip, JointId, JointMotion, Pose, Range, Rig};
+use ikiru_rig::{
+    Clip, ClipError, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit, RatePart, Rig,
+    ShapeDifference,
+};
 use ikiru_solve::objectives::{Direction, PoseTarget, Position, RestPose};
 use ikiru_solve::{
-    Loss, MotionProblem, MotionWorkspace, Problem, Solver, SolverOptions, TermReport, Timeline, When,
+    Loss, MotionError, MotionProblem, MotionWorkspace, Problem, Solver, SolverOptions, TermReport, Timeline,
+    When,
 };
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -173,4 +177,86 @@ fn a_term_of_a_motion_that_is_off_costs_nothing_and_is_still_reported() {
     let report = &off.report.terms[1];
     assert!(report.cost == 0.0 && !report.mandatory && !report.satisfied, "{report:?}");
     assert!(report.residual > 1.0 && off.report.success, "{report:?}");
+}
+
+/// A rig with one hinge, and the same with another range, another axis and another bone.
+fn rig_and_others() -> (Rig, usize, [Rig; 3]) {
+    let rig = random_rig(8, 5);
+    let is_hinge = |j: &Joint| matches!(j.motion, JointMotion::Hinge { .. });
+    let hinge = rig.joints().iter().position(is_hinge).unwrap();
+    let changed = |change: &dyn Fn(&mut Joint)| {
+        let mut builder = rig.to_builder();
+        change(&mut builder.joints_mut()[hinge]);
+        builder.build().unwrap()
+    };
+    let JointMotion::Hinge { axis, .. } = rig.joints()[hinge].motion else { unreachable!() };
+    let narrow = Range { min: 0.2, max: 0.3 };
+    let others = [
+        changed(&|joint| joint.motion = JointMotion::Hinge { axis, range: narrow }),
+        changed(&|joint| joint.motion = JointMotion::Hinge { axis: -axis, range: narrow }),
+        changed(&|joint| joint.rest_translation += DVec3::X),
+    ];
+    (rig, hinge, others)
+}
+
+#[test]
+fn a_motion_moves_to_a_rig_of_the_same_shape() {
+    let (rig, hinge, [narrow, turned, longer]) = rig_and_others();
+    let (tip, hinge) = (JointId::from_index(7), JointId::from_index(hinge));
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::points(3).unwrap());
+    let reach = motion.add(1.0, When::End, Position::new(tip, DVec3::X)).unwrap();
+    motion.add_hard(When::Throughout, Position::new(JointId::from_index(0), DVec3::ZERO)).unwrap();
+    let limit = RateLimit { joint: hinge, part: RatePart::Rotation, rate: Rate::Speed, most: 1e3 };
+    motion.set_rate_limits(&[limit]).unwrap();
+    motion.set_joint_smoothness(hinge, [0.5; 3]).unwrap();
+    // Nothing is given: another axis is another way to move, and that is all.
+    assert!(motion.with_rig(&turned).unwrap().rig().is_same(&turned));
+    let shape = motion.with_rig(&longer).map(drop).unwrap_err();
+    let name = &rig.joints()[hinge.index()].name;
+    assert_eq!(shape, MotionError::Shape(ShapeDifference::Rest(name.clone())));
+    let mut stiff = rig.to_builder();
+    stiff.joints_mut()[hinge.index()].motion = JointMotion::Fixed;
+    let stiff = motion.with_rig(&stiff.build().unwrap()).map(drop).unwrap_err();
+    assert!(matches!(stiff, MotionError::RateLimit(ClipError::RateLimitPart { .. })), "{stiff}");
+
+    let mut start = rig.rest_pose();
+    start.set_value(hinge, 0.25).unwrap();
+    motion.fix_start(&start).unwrap();
+    let moved = motion.with_rig(&narrow).unwrap();
+    assert_eq!(
+        (moved.terms().terms().len(), moved.term(reach).weight, moved[reach].target),
+        (2, 1.0, DVec3::X)
+    );
+    assert_eq!((moved.rate_limits(), *moved.timeline()), (&[limit][..], *motion.timeline()));
+    let guess = Clip::still(narrow.rest_pose());
+    let plan = Solver::default().plan(&moved, &guess, &mut MotionWorkspace::default()).into_owned();
+    assert!(plan.report.invalid.is_none(), "{:?}", plan.report.invalid);
+    let poses = plan.clip.poses();
+    assert_eq!(poses[0].coords(), start.coords());
+    for pose in poses {
+        let angle = pose.value(hinge).unwrap();
+        assert!((0.2 - 1e-9..=0.3 + 1e-9).contains(&angle), "{angle}");
+    }
+    // The numbers of what is given would mean another turn.
+    let refused = motion.with_rig(&turned).map(drop);
+    assert_eq!(refused, Err(MotionError::GivenMoves { joint: name.clone() }));
+}
+
+#[test]
+fn a_motion_answers_for_its_ids_as_a_problem_does() {
+    let rig = random_rig(8, 5);
+    let (tip, still) = (JointId::from_index(7), JointId::from_index(1));
+    let active: Vec<JointId> = rig.ids().filter(|joint| *joint != still).collect();
+    let problem = Problem::new(&rig, active.clone()).unwrap();
+    let mut motion = MotionProblem::new(&rig, active, Timeline::points(3).unwrap()).unwrap();
+    assert!(motion.active().eq(problem.active()) && !motion.is_active(still) && motion.is_active(tip));
+    let first = motion.add(0.5, When::End, Position::new(tip, DVec3::X)).unwrap();
+    let second = motion.add(0.7, When::End, Position::new(tip, DVec3::Y)).unwrap();
+    assert_eq!((motion.position(second), motion.term(second).weight), (Some(1), 0.7));
+    assert_eq!(motion.reads(motion.term(first)).unwrap().frames, [tip]);
+    motion.get_mut(second).unwrap().target = DVec3::Z;
+    assert_eq!(motion.get(second).map(|p| p.target), Some(DVec3::Z));
+    motion.remove(first).unwrap();
+    assert!(motion.get(first).is_none() && motion.get_mut(first).is_none());
+    assert_eq!((motion.position(first), motion.position(second)), (None, Some(0)));
 }
