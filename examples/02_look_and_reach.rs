@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 ForceBy::Limit { joint, kind } => {
                     format!("{kind:?} limit of {}", rig.get(*joint).map_or("", |joint| &joint.name))
                 }
-                ForceBy::Smoothness | ForceBy::RateLimits => "the motion".to_owned(),
+                other => format!("{other:?}"),
             };
             println!("  in the way of term {term}: {what} ({:.0} %)", 100.0 * share);
         }

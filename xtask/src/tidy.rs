@@ -7,6 +7,7 @@ mod defaults;
 mod dependencies;
 mod floors;
 mod foreign;
+mod growth;
 mod kinds;
 mod project;
 mod rust_files;
@@ -81,6 +82,7 @@ fn check(project: &Project) -> Result<Vec<Finding>> {
         catch_all::check,
         defaults::check,
         floors::check,
+        growth::check,
         kinds::check,
         words::check,
     ];

@@ -108,6 +108,7 @@ impl<'a> About<'a> {
                 format!("its target is {} m out of reach", numbers::length(force.amount))
             }
             ForceBy::Reach { is_proven: false } => "its target is out of reach from here".to_owned(),
+            other => format!("{other:?}"),
         };
         if force.share > ALL { by } else { format!("{by} ({:.0} %)", 100.0 * force.share) }
     }
@@ -123,6 +124,7 @@ impl<'a> About<'a> {
                 let name = self.name(root);
                 format!("'{name}' floats, but is not in 'active': with it the target is in reach")
             }
+            other => format!("{other:?}"),
         }
     }
 
@@ -142,6 +144,7 @@ impl<'a> About<'a> {
                     let joint = self.objectives.get(on).and_then(|o| o.joint);
                     ("reach", joint.map(|joint| self.name(joint).to_owned()))
                 }
+                _ => ("objective", None),
             };
             Some(json!({
                 "objective": on,
@@ -184,13 +187,19 @@ fn limit_text(about: &About<'_>, joint: JointId, kind: LimitKind, pose: &Pose) -
                 | None => format!("{name} angle {}", numbers::angle(value)),
             }
         }
-        LimitKind::Swing | LimitKind::Twist => {
-            let cone = motion.and_then(|motion| motion.cone().copied()).zip(pose.rotation(joint).ok());
-            let (swing, twist) = cone.map(|(cone, own)| cone.decompose(own)).unwrap_or_default();
-            match kind {
-                LimitKind::Swing => format!("{name} swing {}", numbers::angle(swing[0].hypot(swing[1]))),
-                _ => format!("{name} twist {}", numbers::angle(twist)),
-            }
+        LimitKind::Swing => {
+            let swing = swing_and_twist(motion, joint, pose).0;
+            format!("{name} swing {}", numbers::angle(swing[0].hypot(swing[1])))
         }
+        LimitKind::Twist => {
+            format!("{name} twist {}", numbers::angle(swing_and_twist(motion, joint, pose).1))
+        }
+        other => format!("{name} {other:?}"),
     }
+}
+
+/// Swing and twist of a ball in its cone; zeros for a joint without one.
+fn swing_and_twist(motion: Option<JointMotion>, joint: JointId, pose: &Pose) -> ([f64; 2], f64) {
+    let cone = motion.and_then(|motion| motion.cone().copied()).zip(pose.rotation(joint).ok());
+    cone.map(|(cone, own)| cone.decompose(own)).unwrap_or_default()
 }

@@ -122,7 +122,7 @@ pub(crate) fn weight_text(weight: f64, is_hard: bool) -> String {
 
 /// The residuals of all parts; of a bound that is kept, what is left to it.
 pub(crate) fn residual_text(parts: impl Iterator<Item = PartReport>) -> String {
-    let text = |PartReport { residual, unit, least }| match least {
+    let text = |PartReport { residual, unit, least, .. }| match least {
         Some(least) if least > 0.0 => format!("{} left", numbers::residual(least, unit)),
         _ => numbers::residual(residual, unit),
     };

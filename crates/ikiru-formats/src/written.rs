@@ -13,6 +13,7 @@ use crate::warning::Warning;
 
 /// A file, written.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Written {
     /// Its bytes, for [`save`](crate::save).
     pub bytes: Vec<u8>,

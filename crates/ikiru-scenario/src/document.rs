@@ -88,6 +88,7 @@ pub struct Document {
 /// Whose axes targets are in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum TargetAxes {
     /// `scene`: y up, facing +z.
     #[default]
@@ -99,6 +100,7 @@ pub enum TargetAxes {
 /// How the root of the body moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RootKey {
     /// As the file has it: the key is left out.
     #[default]

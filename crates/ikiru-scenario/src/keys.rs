@@ -58,6 +58,7 @@ pub(crate) const TABLE: &str = "a table";
 /// A rotation of the world, or of another joint's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RotationKeys {
     /// `target_rotation`: a quaternion (x, y, z, w) of any length but 0.
     TargetRotation([f64; 4]),
@@ -68,6 +69,7 @@ pub enum RotationKeys {
 /// A target that stays, or moves in a scenario with `[motion]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum TargetKeys {
     /// `target`: a point of the world, metres.
     Target([f64; 3]),
@@ -78,6 +80,7 @@ pub enum TargetKeys {
 /// How a joint is turned or moved, as `[start]` and `known_rotation` say it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum JointKeys {
     /// `euler_deg`, of a ball, a free or an Euler joint: degrees about x, y and z.
     EulerDeg([f64; 3]),

@@ -166,6 +166,7 @@ pub struct MotionKeys {
 /// How long a motion is and how many samples it has.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum LengthKeys {
     /// So many seconds.
     Seconds {

@@ -2,6 +2,7 @@
 
 use ikiru_rig::JointId;
 use ikiru_solve::{Loss, Problem, TargetPath, TermId, Tolerance, When};
+use serde::ser::Error as _;
 use serde::{Serialize, Serializer};
 
 use crate::at::At;
@@ -273,5 +274,6 @@ fn loss_keys<S: Serializer>(loss: &Loss, serializer: S) -> Result<S::Ok, S::Erro
         Loss::Squared => serializer.serialize_str("squared"),
         Loss::Norm => serializer.serialize_str("norm"),
         Loss::Huber { width } => serializer.collect_map([("huber", width)]),
+        _ => Err(S::Error::custom(format!("scenarios have no word for the loss {loss:?}"))),
     }
 }

@@ -12,6 +12,7 @@ const SPARE: f64 = 1e-6;
 
 /// What came of planning a scenario with `[motion]`.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct PlannedScenario {
     /// The poses over time, at the scenario's rate.
     pub clip: Clip,
@@ -47,7 +48,7 @@ impl MotionScenario {
     ///
     /// [`Method::Lm`]: ikiru_solve::Method::Lm
     pub fn plan(&mut self, workspace: &mut MotionWorkspace) -> PlannedScenario {
-        let PlannedMotion { clip, report } = self.plan_samples(workspace);
+        let PlannedMotion { clip, report, .. } = self.plan_samples(workspace);
         let clip = clip.into_owned();
         let timeline = self.motion.timeline();
         if !self.motion.has_free_duration() || clip.times() == timeline.times() || report.invalid.is_some() {

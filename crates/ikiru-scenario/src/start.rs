@@ -20,6 +20,7 @@ use crate::warning::{ScenarioPose, Warning};
 
 /// A pose: `[start]` and `[motion.end]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum GivenPose {
     /// The path of a `.json` file, as `ikiru solve` writes it, from the scenario's folder.
     File(String),

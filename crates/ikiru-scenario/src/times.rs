@@ -12,6 +12,7 @@ use crate::table::Table;
 /// When an objective of a scenario with `[motion]` holds, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum Times {
     /// At one time.
     At {

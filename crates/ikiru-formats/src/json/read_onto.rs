@@ -29,6 +29,7 @@ pub fn read_motion(bytes: &[u8], name: &str, loaded: Loaded) -> Result<Loaded, E
 
 /// What the rig of a motion was read from.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[non_exhaustive]
 pub struct MotionRig {
     /// A path, or the name of a built-in rig; in JSON `"rig"`.
     #[serde(rename = "rig")]

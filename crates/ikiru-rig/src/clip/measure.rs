@@ -12,6 +12,7 @@ use crate::rig::Rig;
 
 /// A clip in numbers; see [`Clip::measure`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ClipMeasure {
     /// From the first to the last pose, in seconds.
     pub duration_secs: f64,
@@ -27,6 +28,7 @@ pub struct ClipMeasure {
 
 /// Speed, acceleration and jerk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RateSummaries {
     /// Of the first derivative.
     pub speed: RateSummary,
@@ -38,6 +40,7 @@ pub struct RateSummaries {
 
 /// How far inside its limits a clip stays at least.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct LimitMargin {
     /// Of angles and cones, in radians; `None` where no joint that turns has a limit.
     pub rotation: Option<Margin>,
@@ -47,6 +50,7 @@ pub struct LimitMargin {
 
 /// How far inside its limits a joint is, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Margin {
     /// Which joint.
     pub joint: JointId,

@@ -27,6 +27,7 @@ pub struct RateLimit {
 /// A limit that a clip does not keep, and where it is furthest above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct RateExcess {
     /// The limit.
     pub limit: RateLimit,

@@ -92,6 +92,7 @@ impl RatePart {
 /// A largest value, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Peak {
     /// How large, 0 or more.
     pub value: f64,
@@ -113,6 +114,7 @@ pub struct Rates {
 
 /// What a [`Rates`] comes to for some joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RateSummary {
     /// The largest of a single joint (the length over its degrees of freedom): rad/sⁿ or m/sⁿ for the n-th
     /// derivative. 0 where nothing moves.

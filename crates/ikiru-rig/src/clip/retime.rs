@@ -28,6 +28,7 @@ const REACH_STEPS: f64 = 4.0;
 
 /// A clip whose time was stretched, and how. See [`Clip::retime`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Retimed {
     /// The clip at its new times.
     pub clip: Clip,

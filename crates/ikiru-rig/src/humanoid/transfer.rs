@@ -25,6 +25,7 @@ pub enum Reference {
 
 /// A clip on another rig.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Transferred {
     /// The clip. Its rig is the target, or the target with its root floating, where the hips need that.
     pub clip: Clip,

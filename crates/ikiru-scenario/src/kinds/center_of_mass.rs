@@ -31,6 +31,7 @@ pub struct CenterOfMassKeys {
 /// Where a centre of mass should be.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum CenterKeys {
     /// At a point.
     At {

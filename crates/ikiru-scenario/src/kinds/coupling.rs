@@ -42,6 +42,7 @@ pub struct AngleKeys {
 
 /// What a sum should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SumKeys {
     /// `exactly_deg`, `at_least_deg` or `at_most_deg`: degrees.
     Degrees(Bound),

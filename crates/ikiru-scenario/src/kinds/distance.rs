@@ -32,6 +32,7 @@ pub struct DistanceKeys {
 /// How far apart two points should be, metres of at least 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ApartKeys {
     /// `exactly`
     Exactly(f64),

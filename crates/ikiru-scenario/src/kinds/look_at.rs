@@ -31,6 +31,7 @@ pub struct LookAtKeys {
 /// What a `look_at` looks at.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum GazeKeys {
     /// `target` or `path`: a point of the world.
     At(TargetKeys),

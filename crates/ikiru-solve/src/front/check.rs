@@ -11,6 +11,7 @@ use crate::words::Loss;
 
 /// A derivative that does not agree with central differences.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CheckError {
     /// An entry of the Jacobian differs.
     #[error(

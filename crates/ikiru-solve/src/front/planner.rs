@@ -25,6 +25,7 @@ use crate::words::Watch;
 
 /// A planned motion. It borrows from the workspace; [`into_owned`](Self::into_owned) keeps it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct PlannedMotion<'a> {
     /// The poses over time, one a sample of the timeline: given ones as they are, all others inside their limits. The
     /// guess itself where the input is invalid.

@@ -74,6 +74,7 @@ impl Default for AdamOptions {
 
 /// Where the answer is looked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Search {
     /// From the start alone: the answer stays in the start's basin, as frame-by-frame use needs it.
     #[default]

@@ -72,6 +72,7 @@ impl fmt::Display for Unfit {
 
 /// What a term reads, and the rows that it may open, as [`Objective::reads`](crate::Objective::reads) named them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct TermReads {
     /// The joints whose world frames it reads, in its order.
     pub frames: Vec<JointId>,

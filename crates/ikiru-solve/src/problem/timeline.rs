@@ -12,6 +12,7 @@ const MOST_FRAMES: usize = 1_000_000;
 
 /// Why a timeline cannot exist, or a time is not on it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TimelineError {
     /// A duration that is no time.
     #[error("a motion lasts a finite time above 0 s, not {0} s")]

@@ -6,6 +6,7 @@ use crate::problem::{Timeline, TimelineError};
 
 /// Where on the timeline an objective holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum When {
     /// At the last sample.
     #[default]

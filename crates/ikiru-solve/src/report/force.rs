@@ -7,6 +7,7 @@ use crate::words::Unit;
 /// Which of a joint's limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum LimitKind {
     /// The angle or offset of a hinge or slider.
     Value,
@@ -28,6 +29,7 @@ impl LimitKind {
 /// What a force comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum ForceBy {
     /// A joint limit, which the pose lies on.
     Limit {
@@ -53,6 +55,7 @@ pub enum ForceBy {
 /// A force that acts on a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Force {
     /// The term that is not met, and that this keeps from what it wants; `None` for a limit or constraint that acts and
     /// is in the way of no such term.
@@ -81,6 +84,7 @@ impl Force {
 /// What would help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Hint {
     /// The target is out of reach, and the root of the body stays where it is: this joint, if it floated
     /// ([`RigBuilder::free_root`](ikiru_rig::RigBuilder::free_root)), would bring the body there, with all else that is

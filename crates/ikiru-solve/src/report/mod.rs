@@ -22,6 +22,7 @@ pub(crate) mod pose;
 /// The length of one part's residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct PartReport {
     /// The length, in `unit`; rows that want to be at least 0 count by what they miss.
     pub residual: f64,

@@ -9,6 +9,7 @@ pub use watch::{Progress, Watch};
 
 /// The shape put on a part's residual: how its length `‖r‖` becomes cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Loss {
     /// `‖r‖²`
     #[default]
