@@ -47,7 +47,7 @@ pub(crate) fn unfit_text(rig: &Rig, unfit: Unfit) -> String {
 
 #[cfg(test)]
 mod tests {
-    use ikiru_solve::{InvalidPose, Unfit};
+    use ikiru_solve::{InvalidPose, Unfit, UnfitReason};
 
     use super::*;
     use crate::Scenario;
@@ -57,7 +57,7 @@ mod tests {
         let Scenario { rig, objectives, .. } =
             Scenario::builtin("paper_simple").unwrap_or_else(|e| panic!("{e}"));
         let joint = rig.joint("left_elbow").ok();
-        let unfit = Unfit { reason: "couples a joint that does not move", joint };
+        let unfit = Unfit { reason: UnfitReason::CouplesFixed, joint };
         let said = |invalid| refusal(&rig, &objectives, invalid);
         assert_eq!(
             said(Invalid::Term(0, unfit.into())),

@@ -43,7 +43,7 @@ pub use front::solver::{Solver, Workspace};
 pub use method::{AdamOptions, Method, PoseMethod, Search, SolverOptions, Start};
 pub use objective::{
     JointCoords, LaneScratch, MOST_EARLIER, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Residual,
-    Rows, TermReads, Unfit, View,
+    Rows, TermReads, TermWarning, Unfit, UnfitReason, View,
 };
 pub use problem::{
     MotionError, MotionProblem, Problem, TargetPath, TargetPathError, Term, TermId, Timeline, TimelineError,

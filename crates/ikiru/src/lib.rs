@@ -189,8 +189,8 @@ pub use ikiru_solve::{
     AdamOptions, EvaluatedRow, Evaluation, Force, ForceBy, Hint, Invalid, LimitKind, Loss, Method,
     MotionEvaluation, MotionProblem, MotionWorkspace, Objective, Part, PartReport, PlannedMotion, PoseMethod,
     Problem, Progress, Reads, Report, Residual, Rows, Search, Sense, Solver, SolverOptions, Start,
-    StopReason, TargetPath, TermId, TermReport, TermTimes, Timeline, Tolerance, Unfit, Unit, View, Watch,
-    When, Workspace,
+    StopReason, TargetPath, TermId, TermReport, TermTimes, TermWarning, Timeline, Tolerance, Unfit,
+    UnfitReason, Unit, View, Watch, When, Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use ikiru_rig::{JointId, Rig};
-use ikiru_solve::Unit;
 use ikiru_solve::objectives::{Bound, Coupling};
+use ikiru_solve::{UnfitReason, Unit};
 use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
@@ -123,7 +123,7 @@ at_most_deg = 90
     fn build(&self, scene: &Scene<'_>, at: &At<'_>) -> Result<Built<Coupling>, Error> {
         let (at_angles, bound) = (at.key("angles"), self.sum.bound());
         let mut angles: Vec<(JointId, Option<DVec3>, f64)> = Vec::with_capacity(self.angles.len());
-        let mut built = Err(scene.unfit("couples no angle".into(), at, &at_angles));
+        let mut built = Err(scene.unfit(UnfitReason::CouplesNothing.into(), at, &at_angles));
         for (idx, keys) in self.angles.iter().enumerate() {
             let at_angle = at_angles.entry(idx);
             let joint = scene.joint(&keys.joint, &at_angle, "joint")?;

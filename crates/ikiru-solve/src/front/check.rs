@@ -174,7 +174,7 @@ mod tests {
 
     use super::*;
     use crate::layout::{PartLayout, Place, TermLayout};
-    use crate::objective::{Objective, Reads, RowMemory, Rows, View};
+    use crate::objective::{Objective, Reads, RowMemory, Rows, TermWarning, View};
     use crate::objectives::Position;
     use crate::words::Unit;
     use glam::DVec3;
@@ -188,7 +188,7 @@ mod tests {
     pub(crate) fn told_at(
         objective: &(impl Objective + Clone),
         frames: &[Frame<f64>],
-    ) -> (Vec<f64>, Option<&'static str>) {
+    ) -> (Vec<f64>, Option<TermWarning>) {
         let mut problem = Problem::new(&random_rig(8, 0), []).unwrap();
         problem.add(1.0, objective.clone());
         let layout = Layout::new(&problem).unwrap();

@@ -10,13 +10,15 @@ pub(crate) mod places;
 mod reads;
 pub(crate) mod residual;
 mod rows;
+mod unfit;
 mod view;
 
 pub use lanes::LaneScratch;
-pub use reads::{MOST_EARLIER, MOST_PARTS, MOST_ROWS, Part, Reads, TermReads, Unfit};
+pub use reads::{MOST_EARLIER, MOST_PARTS, MOST_ROWS, Part, Reads, TermReads};
 pub use residual::Residual;
 pub use rows::Rows;
 pub(crate) use rows::{RowMemory, Scratch};
+pub use unfit::{TermWarning, Unfit, UnfitReason};
 pub use view::{JointCoords, View};
 
 /// A point of a joint that an objective wants at a place: what a method that reaches for points (CCD,

@@ -1,9 +1,8 @@
 //! What an objective reads of a rig, and the rows that it may open.
 
-use std::fmt;
-
 use ikiru_rig::{JointId, Rig};
 
+use crate::objective::{Unfit, UnfitReason};
 use crate::words::{Sense, Unit};
 
 /// The most parts of one objective.
@@ -46,27 +45,6 @@ impl Part {
     #[must_use]
     pub const fn separable(most_rows: usize, unit: Unit) -> Self {
         Self { is_separable: true, ..Self::new(most_rows, unit) }
-    }
-}
-
-/// What is not usable about an objective.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unfit {
-    /// A text that ends the sentence "the objective …", as in "has a target that is not finite".
-    pub reason: &'static str,
-    /// The joint that it is about, where it is about one.
-    pub joint: Option<JointId>,
-}
-
-impl From<&'static str> for Unfit {
-    fn from(reason: &'static str) -> Self {
-        Self { reason, joint: None }
-    }
-}
-
-impl fmt::Display for Unfit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.reason)
     }
 }
 
@@ -143,8 +121,7 @@ impl<'a> Reads<'a> {
     pub fn motion(&mut self, joint: JointId) -> Result<(), Unfit> {
         self.check(joint)?;
         if self.rig.joints()[joint.index()].mimic.is_some() {
-            let reason = "reads the motion of a joint that follows another: name its leader";
-            return Err(Unfit { reason, joint: Some(joint) });
+            return Err(Unfit::of_joint(UnfitReason::ReadsFollower, joint));
         }
         self.of.motions.push(joint);
         Ok(())
@@ -157,10 +134,10 @@ impl<'a> Reads<'a> {
     #[inline]
     pub fn part(&mut self, part: Part) -> Result<(), Unfit> {
         if self.of.parts.len() == MOST_PARTS {
-            return Err("has more parts than reports have room for: at most 4".into());
+            return Err(UnfitReason::Parts.into());
         }
         if part.most_rows > MOST_ROWS && !part.is_separable {
-            return Err("has a part of more than 1024 rows".into());
+            return Err(UnfitReason::Rows.into());
         }
         self.of.parts.push(part);
         Ok(())
@@ -178,7 +155,7 @@ impl<'a> Reads<'a> {
     /// More of them.
     pub fn earlier(&mut self, n_samples: usize) -> Result<(), Unfit> {
         if n_samples > MOST_EARLIER {
-            return Err("reads more than 3 earlier samples".into());
+            return Err(UnfitReason::Earlier.into());
         }
         self.of.n_earlier = n_samples;
         Ok(())
@@ -189,7 +166,7 @@ impl<'a> Reads<'a> {
         if joint.index() < self.rig.n_joints() {
             Ok(())
         } else {
-            Err(Unfit { reason: "names a joint that the rig does not have", joint: Some(joint) })
+            Err(Unfit::of_joint(UnfitReason::NoJoint, joint))
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use ikiru_rig::{Dual, Frame};
 
-use crate::objective::MOST_PARTS;
 use crate::objective::places::{PartLayout, Place, TermLayout};
+use crate::objective::{MOST_PARTS, TermWarning};
 
 /// The derivatives of the rows of all terms, and what else these said.
 #[derive(Clone, Debug, Default)]
@@ -24,7 +24,7 @@ pub(crate) struct RowMemory {
     /// The first term that gave up, and why.
     pub(crate) failure: Option<(usize, &'static str)>,
     /// What the last term that found something odd said.
-    pub(crate) warning: Option<&'static str>,
+    pub(crate) warning: Option<TermWarning>,
     pub(crate) scratch: Scratch,
 }
 
@@ -185,10 +185,10 @@ impl<'a> Rows<'a> {
     }
 
     /// Tells something odd that does not stop a solve, such as a look-at point in the joint's own origin; the report
-    /// has it if it is so at the end. `reason` ends the sentence "the objective …".
+    /// has it if it is so at the end. A text of your own ends the sentence "the objective …".
     #[inline]
-    pub fn warn(&mut self, reason: &'static str) {
-        self.memory.warning = Some(reason);
+    pub fn warn(&mut self, warning: impl Into<TermWarning>) {
+        self.memory.warning = Some(warning.into());
     }
 
     pub(crate) fn scratch(&mut self) -> &mut Scratch {

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use ikiru_rig::{Frame, maths};
 
-use crate::objective::{Rows, Unfit};
+use crate::objective::{Rows, Unfit, UnfitReason};
 
 /// The inverse of the right Jacobian of SO(3): `log(exp(φ) exp(ω)) ≈ φ + J⁻¹ ω`, for ‖φ‖ ≤ π.
 ///
@@ -101,11 +101,7 @@ pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
 
 pub(crate) fn check_axis(axis: DVec3) -> Result<(), Unfit> {
     let length = axis.length();
-    if length.is_finite() && length > 1e-100 {
-        Ok(())
-    } else {
-        Err("has an axis that is not finite, or of length 0".into())
-    }
+    if length.is_finite() && length > 1e-100 { Ok(()) } else { Err(UnfitReason::Axis.into()) }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec2, DVec3};
 use ikiru_rig::Segment;
 
-use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, UnfitReason, View};
 use crate::objectives::position::{check_point, check_target};
 use crate::words::Unit;
 
@@ -50,17 +50,17 @@ impl CenterOfMass {
     /// nothing of the area; an `up` without direction.
     pub fn over(segments: &[Segment], points: &[DVec3], up: DVec3, margin: f64) -> Result<Self, Unfit> {
         let Some(up) = up.try_normalize() else {
-            return Err("has no direction that is up".into());
+            return Err(UnfitReason::NoUp.into());
         };
         if !(margin.is_finite() && margin >= 0.0 && points.iter().all(|point| point.is_finite())) {
-            return Err("has a margin or points that are not finite, or a margin below 0".into());
+            return Err(UnfitReason::Area.into());
         }
         let area = Area { corners: hull(points, up), up, margin };
         if area.corners.len() < 3 {
-            return Err("has an area without extent: three points that are not on one line are needed".into());
+            return Err(UnfitReason::NoArea.into());
         }
         if !area.has_room() {
-            return Err("has a margin that leaves nothing of its area".into());
+            return Err(UnfitReason::NoRoom.into());
         }
         Ok(Self { segments: segments.to_vec(), wanted: Wanted::Over(area) })
     }
@@ -180,13 +180,12 @@ impl Objective for CenterOfMass {
 
     fn check(&self) -> Result<(), Unfit> {
         if self.segments.is_empty() {
-            return Err("has no masses".into());
+            return Err(UnfitReason::NoMasses.into());
         }
         for Segment { joint, kg, center } in &self.segments {
             check_point(*center).map_err(|unfit| Unfit { joint: Some(*joint), ..unfit })?;
             if !(kg.is_finite() && *kg > 0.0) {
-                let reason = "has a mass that is not a finite number above 0";
-                return Err(Unfit { reason, joint: Some(*joint) });
+                return Err(Unfit::of_joint(UnfitReason::Mass, *joint));
             }
         }
         self.target().map_or(Ok(()), check_target)

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{JointId, JointMotion, Rig, maths};
 
-use crate::objective::{JointCoords, Objective, Reads, Rows, Unfit, View};
+use crate::objective::{JointCoords, Objective, Reads, Rows, Unfit, UnfitReason, View};
 use crate::objectives::angles::{check_axis, unit_axis};
 use crate::objectives::bound::Bound;
 use crate::words::Unit;
@@ -48,10 +48,10 @@ impl Coupling {
     pub fn new(rig: &Rig, angles: &[(JointId, Option<DVec3>, f64)], bound: Bound) -> Result<Self, Unfit> {
         let (mut joints, mut parts, mut units) = (Vec::new(), Vec::new(), Vec::new());
         for &(joint, axis, factor) in angles {
-            let unfit = |reason| Unfit { reason, joint: Some(joint) };
-            let data = rig.get(joint).ok_or(unfit("names a joint that the rig does not have"))?;
+            let unfit = |reason: UnfitReason| Unfit::of_joint(reason, joint);
+            let data = rig.get(joint).ok_or(unfit(UnfitReason::NoJoint))?;
             if data.mimic.is_some() {
-                return Err(unfit("couples a joint that follows another: name its leader"));
+                return Err(unfit(UnfitReason::CouplesFollower));
             }
             if let Some(axis) = axis {
                 check_axis(axis).map_err(|unfit| Unfit { joint: Some(joint), ..unfit })?;
@@ -61,33 +61,29 @@ impl Coupling {
                 (JointMotion::Slider { .. }, None) => (Angle::Value, Unit::Metres),
                 (JointMotion::Euler { .. }, Some(axis)) => {
                     let which = DVec3::AXES.iter().position(|a| a.distance(unit_axis(axis)) < 1e-9);
-                    let none =
-                        "couples an angle of an Euler joint: its axis is [1, 0, 0], [0, 1, 0] or [0, 0, 1]";
-                    (Angle::Euler(which.ok_or(unfit(none))?), Unit::Radians)
+                    (Angle::Euler(which.ok_or(unfit(UnfitReason::CouplesEuler))?), Unit::Radians)
                 }
                 (JointMotion::Ball { cone } | JointMotion::Free { cone }, Some(axis)) => {
                     let about = match cone {
                         Some(cone) => cone.axis(),
-                        None => towards_only_child(rig, joint).ok_or(unfit(
-                            "couples the swing of a ball that has no cone and not exactly one child to say about what it twists",
-                        ))?,
+                        None => towards_only_child(rig, joint).ok_or(unfit(UnfitReason::CouplesSwing))?,
                     };
                     let axis = data.rest_rotation.inverse() * unit_axis(axis);
                     (Angle::Swing { axis, about }, Unit::Radians)
                 }
-                (JointMotion::Fixed, _) => return Err(unfit("couples a joint that does not move")),
+                (JointMotion::Fixed, _) => return Err(unfit(UnfitReason::CouplesFixed)),
                 (JointMotion::Hinge { .. } | JointMotion::Slider { .. }, Some(_)) => {
-                    return Err(unfit("gives an axis to a hinge or slider, which has its own"));
+                    return Err(unfit(UnfitReason::OwnAxis));
                 }
-                (_, None) => return Err(unfit("leaves out the axis of a joint that turns about several")),
+                (_, None) => return Err(unfit(UnfitReason::NoAxis)),
             };
             joints.push(joint);
             parts.push((angle, factor));
             units.push(unit);
         }
-        let Some(&unit) = units.first() else { return Err("couples no angle".into()) };
+        let Some(&unit) = units.first() else { return Err(UnfitReason::CouplesNothing.into()) };
         if units.iter().any(|other| *other != unit) {
-            return Err("adds angles and offsets".into());
+            return Err(UnfitReason::CouplesUnits.into());
         }
         Ok(Self { joints, angles: parts, unit, bound })
     }
@@ -126,8 +122,7 @@ impl Objective for Coupling {
                     | (Angle::Swing { .. }, JointMotion::Ball { .. } | JointMotion::Free { .. })
             );
             if !fits {
-                let reason = "couples an angle that the joint does not have: it was made for another rig";
-                return Err(Unfit { reason, joint: Some(*joint) });
+                return Err(Unfit::of_joint(UnfitReason::CouplesOtherRig, *joint));
             }
         }
         reads.part(self.bound.part(1, self.unit))
@@ -135,7 +130,7 @@ impl Objective for Coupling {
 
     fn check(&self) -> Result<(), Unfit> {
         let is_finite = self.bound.value().is_finite() && self.angles.iter().all(|(_, f)| f.is_finite());
-        if is_finite { Ok(()) } else { Err("has a factor or bound that is not finite".into()) }
+        if is_finite { Ok(()) } else { Err(UnfitReason::Factor.into()) }
     }
 
     fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
@@ -253,7 +248,7 @@ mod tests {
         assert_eq!(with(1.0, Bound::AtMost(1.0)).kind(), "coupling");
         assert!(with(1.0, Bound::AtMost(1.0)).check().is_ok());
         for bad in [with(f64::NAN, Bound::AtMost(1.0)), with(1.0, Bound::AtLeast(f64::INFINITY))] {
-            assert!(bad.check().unwrap_err().reason.contains("not finite"), "{bad:?}");
+            assert_eq!(bad.check(), Err(UnfitReason::Factor.into()), "{bad:?}");
         }
     }
 
@@ -281,6 +276,6 @@ mod tests {
         let [leader, follower, ..] = hinges[..] else { panic!("{hinges:?}") };
         builder.joints_mut()[follower.index()].mimic = Some(Mimic { leader, multiplier: 1.0, offset: 0.0 });
         let unfit = Coupling::new(&builder.build().unwrap(), &[(follower, None, 1.0)], bound).unwrap_err();
-        assert!(unfit.joint == Some(follower) && unfit.reason.contains("leader"), "{unfit}");
+        assert_eq!(unfit, Unfit::of_joint(UnfitReason::CouplesFollower, follower));
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::JointId;
 
-use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, UnfitReason, View};
 use crate::objectives::angles::{DirectionChange, check_axis, evaluate_direction, unit_axis};
 use crate::words::Unit;
 
@@ -41,8 +41,7 @@ impl Objective for Direction {
 
     fn check(&self) -> Result<(), Unfit> {
         check_axis(self.axis)?;
-        check_axis(self.target)
-            .map_err(|_| "has a target direction that is not finite, or of length 0".into())
+        check_axis(self.target).map_err(|_| UnfitReason::TargetDirection.into())
     }
 
     fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
@@ -70,7 +69,9 @@ mod tests {
     fn directions_without_length_are_refused() {
         let good = Direction::new(JointId::from_index(0), DVec3::Y, DVec3::Z);
         assert!(good.check().is_ok());
-        assert!(Direction { axis: DVec3::ZERO, ..good }.check().unwrap_err().reason.contains("axis"));
-        assert!(Direction { target: DVec3::ZERO, ..good }.check().unwrap_err().reason.contains("target"));
+        assert!(Direction { axis: DVec3::ZERO, ..good }.check() == Err(UnfitReason::Axis.into()));
+        assert!(
+            Direction { target: DVec3::ZERO, ..good }.check() == Err(UnfitReason::TargetDirection.into())
+        );
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::JointId;
 
-use crate::objective::{Objective, Reads, Rows, Unfit, View};
+use crate::objective::{Objective, Reads, Rows, Unfit, UnfitReason, View};
 use crate::objectives::bound::Bound;
 use crate::objectives::position::check_point;
 use crate::words::Unit;
@@ -43,11 +43,7 @@ impl Objective for Distance {
     fn check(&self) -> Result<(), Unfit> {
         self.points.into_iter().try_for_each(check_point)?;
         let d = self.bound.value();
-        if d.is_finite() && d >= 0.0 {
-            Ok(())
-        } else {
-            Err("has a distance that is not a finite number of at least 0".into())
-        }
+        if d.is_finite() && d >= 0.0 { Ok(()) } else { Err(UnfitReason::Distance.into()) }
     }
 
     fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {

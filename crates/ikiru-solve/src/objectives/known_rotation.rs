@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{JointId, JointMotion, rotation_vector};
 
-use crate::objective::{JointCoords, Objective, Part, Reads, Rows, Unfit, View};
+use crate::objective::{JointCoords, Objective, Part, Reads, Rows, Unfit, UnfitReason, View};
 use crate::objectives::angles::inverse_right_jacobian;
 use crate::objectives::orientation::check_rotation;
 use crate::words::Unit;
@@ -63,24 +63,19 @@ impl Objective for KnownRotation {
             let motion = reads.rig().joints()[joint.index()].motion;
             // What its motion takes, by which a misfit is explained too.
             let (is_fit, n_rows, takes) = match motion {
-                JointMotion::Fixed => (false, 0, "gives an angle to a joint that does not move"),
+                JointMotion::Fixed => (false, 0, UnfitReason::GivesToFixed),
                 JointMotion::Hinge { .. } | JointMotion::Slider { .. } => {
-                    let takes =
-                        "gives a joint what its motion does not have: a hinge or slider takes one value";
-                    (matches!(angles, JointAngles::Value(_)), 1, takes)
+                    (matches!(angles, JointAngles::Value(_)), 1, UnfitReason::TakesValue)
                 }
                 JointMotion::Euler { .. } => {
-                    let takes =
-                        "gives a joint what its motion does not have: an Euler joint takes three angles";
-                    (matches!(angles, JointAngles::Euler(_)), 3, takes)
+                    (matches!(angles, JointAngles::Euler(_)), 3, UnfitReason::TakesEuler)
                 }
                 JointMotion::Ball { .. } | JointMotion::Free { .. } => {
-                    let takes = "gives a joint what its motion does not have: a ball and a free joint take a rotation";
-                    (matches!(angles, JointAngles::Rotation(_)), 3, takes)
+                    (matches!(angles, JointAngles::Rotation(_)), 3, UnfitReason::TakesRotation)
                 }
             };
             if !is_fit {
-                return Err(Unfit { reason: takes, joint: Some(joint) });
+                return Err(Unfit::of_joint(takes, joint));
             }
             if matches!(motion, JointMotion::Slider { .. }) {
                 n_sliding += n_rows;
@@ -97,7 +92,7 @@ impl Objective for KnownRotation {
             JointAngles::Rotation(q) => check_rotation(*q),
             JointAngles::Euler(a) if a.iter().flatten().all(|a| a.is_finite()) => Ok(()),
             JointAngles::Value(v) if v.is_finite() => Ok(()),
-            JointAngles::Euler(_) | JointAngles::Value(_) => Err("has an angle that is not finite".into()),
+            JointAngles::Euler(_) | JointAngles::Value(_) => Err(UnfitReason::Angle.into()),
         })
     }
 

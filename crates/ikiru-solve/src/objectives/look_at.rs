@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::{Frame, JointId};
 
-use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
+use crate::objective::{Objective, Part, Reads, Rows, TermWarning, Unfit, UnfitReason, View};
 use crate::objectives::angles::{DirectionChange, check_axis, evaluate_direction, unit_axis};
 use crate::objectives::position::check_target;
 use crate::words::Unit;
@@ -76,7 +76,7 @@ impl Objective for LookAt {
         match self.gaze {
             Gaze::Point(point) => check_target(point),
             Gaze::OffsetFromTip { length, offset } if length.is_finite() => check_target(offset),
-            Gaze::OffsetFromTip { .. } => Err("has a length that is not finite".into()),
+            Gaze::OffsetFromTip { .. } => Err(UnfitReason::Length.into()),
         }
     }
 
@@ -84,7 +84,7 @@ impl Objective for LookAt {
         let (frame, axis) = (view.frame(0), unit_axis(self.axis));
         let change = self.change(frame, axis);
         if change.direction.length() < 1e-9 {
-            rows.warn("looks at a point in the joint's own origin: it has no direction to turn to");
+            rows.warn(TermWarning::LooksAtItself);
         }
         evaluate_direction(frame, axis, &change, rows);
     }
@@ -125,6 +125,6 @@ mod tests {
         let look = LookAt::new(JointId::from_index(0), DVec3::Y, DVec3::ZERO);
         let (residual, warning) = told_at(&look, &[Frame::identity()]);
         assert_eq!(residual, [0.0, 0.0]);
-        assert!(warning.is_some());
+        assert_eq!(warning, Some(TermWarning::LooksAtItself));
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ikiru_rig::{Frame, JointId, Rotation, Vec3, rotation_vector};
 
-use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
+use crate::objective::{Objective, Part, Reads, Rows, Unfit, UnfitReason, View};
 use crate::objectives::angles::inverse_right_jacobian;
 use crate::words::Unit;
 
@@ -49,11 +49,7 @@ impl Objective for Orientation {
 
 pub(super) fn check_rotation(rotation: DQuat) -> Result<(), Unfit> {
     let length = rotation.length();
-    if length.is_finite() && length > 1e-100 {
-        Ok(())
-    } else {
-        Err("has a rotation that is not finite, or of length 0".into())
-    }
+    if length.is_finite() && length > 1e-100 { Ok(()) } else { Err(UnfitReason::Rotation.into()) }
 }
 
 /// Three rows of a part: the rotation vector from the target to the frame, in the target's axes.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ikiru_rig::{Frame, JointId};
 
-use crate::objective::{Objective, Part, Reach, Reads, Rows, Unfit, View};
+use crate::objective::{Objective, Part, Reach, Reads, Rows, Unfit, UnfitReason, View};
 use crate::words::Unit;
 
 /// Brings a point of a joint to a point of the world.
@@ -54,11 +54,11 @@ impl Objective for Position {
 }
 
 pub(super) fn check_point(point: DVec3) -> Result<(), Unfit> {
-    if point.is_finite() { Ok(()) } else { Err("has a point that is not finite".into()) }
+    if point.is_finite() { Ok(()) } else { Err(UnfitReason::Point.into()) }
 }
 
 pub(super) fn check_target(target: DVec3) -> Result<(), Unfit> {
-    if target.is_finite() { Ok(()) } else { Err("has a target that is not finite".into()) }
+    if target.is_finite() { Ok(()) } else { Err(UnfitReason::Target.into()) }
 }
 
 /// Three rows of part 0: where the point is, seen from where it should be.
@@ -93,7 +93,7 @@ mod tests {
     fn numbers_that_are_not_finite_are_refused() {
         let good = Position::new(JointId::from_index(0), DVec3::ZERO);
         assert!(good.check().is_ok());
-        assert!(Position { target: DVec3::NAN, ..good }.check().unwrap_err().reason.contains("target"));
-        assert!(Position { point: DVec3::INFINITY, ..good }.check().unwrap_err().reason.contains("point"));
+        assert!(Position { target: DVec3::NAN, ..good }.check() == Err(UnfitReason::Target.into()));
+        assert!(Position { point: DVec3::INFINITY, ..good }.check() == Err(UnfitReason::Point.into()));
     }
 }

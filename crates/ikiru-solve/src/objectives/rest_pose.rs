@@ -3,7 +3,7 @@
 use glam::DQuat;
 use ikiru_rig::{JointId, JointMotion, Pose, difference_joint};
 
-use crate::objective::{JointCoords, Objective, Part, Reads, Rows, Unfit, View};
+use crate::objective::{JointCoords, Objective, Part, Reads, Rows, Unfit, UnfitReason, View};
 use crate::objectives::known_rotation::{SLIDING, TURNING, open_turn};
 use crate::words::Unit;
 
@@ -52,8 +52,7 @@ impl Objective for RestPose {
             let motion = &rig.joints()[joint.index()].motion;
             let kind = own.get(joint).map(|joint| std::mem::discriminant(&joint.motion));
             if kind != Some(std::mem::discriminant(motion)) || own.coords_of(joint) != rig.coords_of(joint) {
-                let reason = "has a pose of another rig than the problem";
-                return Err(Unfit { reason, joint: Some(joint) });
+                return Err(Unfit::of_joint(UnfitReason::PoseOfOtherRig, joint));
             }
             let n_translations = motion.n_translations();
             n_sliding += n_translations;
@@ -64,7 +63,7 @@ impl Objective for RestPose {
     }
 
     fn check(&self) -> Result<(), Unfit> {
-        if self.pose.is_valid() { Ok(()) } else { Err("has a pose that is not finite".into()) }
+        if self.pose.is_valid() { Ok(()) } else { Err(UnfitReason::Pose.into()) }
     }
 
     fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::marker::PhantomData;
 
-use crate::objective::{Objective, Unfit};
+use crate::objective::{Objective, Unfit, UnfitReason};
 use crate::words::{Loss, Unit};
 
 /// One objective inside a problem, and how it counts there.
@@ -56,13 +56,13 @@ impl Term {
     /// What is wrong with its own numbers.
     pub(crate) fn check(&self) -> Result<(), Unfit> {
         if !(self.weight.is_finite() && self.weight >= 0.0) {
-            return Err("has a weight that is not a finite number of at least 0".into());
+            return Err(UnfitReason::Weight.into());
         }
         if !self.tolerance.is_valid() {
-            return Err("has a tolerance that is not a number of at least 0".into());
+            return Err(UnfitReason::Tolerance.into());
         }
         if !self.loss.is_valid() {
-            return Err("has a Huber loss whose width is not finite and positive".into());
+            return Err(UnfitReason::HuberWidth.into());
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use std::ops::{Deref, DerefMut, Index};
 
 use ikiru_rig::{JointId, RateExcess};
 
-use crate::objective::MOST_PARTS;
+use crate::objective::{MOST_PARTS, TermWarning};
 use crate::problem::term::TermId;
 use crate::report::force::{Force, Hint};
 use crate::report::invalid::Invalid;
@@ -117,7 +117,7 @@ pub struct TermReport {
     /// When it holds, in a motion.
     pub times: Option<TermTimes>,
     /// Something odd about it that did not stop the solve of a pose; motions do not tell.
-    pub warning: Option<&'static str>,
+    pub warning: Option<TermWarning>,
 }
 
 /// When a term of a motion holds, and when it is met the least (seconds).

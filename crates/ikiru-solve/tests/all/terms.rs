@@ -6,7 +6,7 @@ use ikiru_rig::{Clip, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder}
 use ikiru_solve::objectives::{Bound, Coupling, Distance, JointAngles, KnownRotation, Position, RestPose};
 use ikiru_solve::{
     Invalid, InvalidTerm, MOST_PARTS, MotionProblem, MotionWorkspace, Objective, Part, Problem, Reads, Rows,
-    Search, Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, When,
+    Search, Solver, SolverOptions, StopReason, Timeline, Unfit, UnfitReason, Unit, View, When,
 };
 
 /// One joint that moves, and a tip one metre along x.
@@ -133,18 +133,21 @@ fn angles_that_do_not_fit_a_joint_are_refused_with_the_reason() {
         };
         unfit
     };
-    for (misfit, angles) in [(joint, JointAngles::Value(0.1)), (tip, JointAngles::Rotation(DQuat::IDENTITY))]
-    {
+    let cases = [
+        (joint, JointAngles::Value(0.1), UnfitReason::TakesRotation),
+        (tip, JointAngles::Rotation(DQuat::IDENTITY), UnfitReason::GivesToFixed),
+    ];
+    for (misfit, angles, reason) in cases {
         let mut problem = Problem::whole_body(&rig);
         problem.add(1.0, KnownRotation::new(&[(misfit, angles)]));
         let unfit = refused(&problem);
-        assert!(unfit.reason.starts_with("gives"), "{unfit}");
-        assert_eq!(unfit.joint, Some(misfit));
+        assert!(unfit.to_string().starts_with("gives"), "{unfit}");
+        assert_eq!((unfit.reason, unfit.joint), (reason, Some(misfit)));
     }
     let (other, ..) = slider();
     let mut problem = Problem::whole_body(&rig);
     problem.add(1.0, RestPose::new(&[joint], other.rest_pose()));
-    assert_eq!(refused(&problem).reason, "has a pose of another rig than the problem");
+    assert_eq!(refused(&problem).reason, UnfitReason::PoseOfOtherRig);
 }
 
 /// Parts of one row each, all with the same residual but for their number, and a row that one joint has.
