@@ -30,7 +30,11 @@ impl<const N: usize, S: Scalar> Dual<N, S> {
     /// The result of a function of one variable with the given value and slope here.
     #[inline(always)]
     fn chain(self, value: S, slope: S) -> Self {
-        Self { value, derivatives: self.derivatives.map(|d| d * slope) }
+        let mut derivatives = self.derivatives;
+        for derivative in &mut derivatives {
+            *derivative = *derivative * slope;
+        }
+        Self { value, derivatives }
     }
 
     #[inline(always)]

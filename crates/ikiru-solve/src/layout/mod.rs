@@ -340,6 +340,7 @@ impl Layout {
                 own_rows: first_own..self.n_own_rows,
                 has_potential: reads.has_potential,
                 is_hard: *is_hard,
+                is_by_duals: reads.is_by_duals,
                 is_constant: false,
                 sums_up: reads.frames.len() > MOST_WALKED,
                 n_earlier: reads.n_earlier,

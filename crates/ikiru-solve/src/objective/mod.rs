@@ -16,8 +16,9 @@ mod view;
 pub use lanes::LaneScratch;
 pub use reads::{MOST_EARLIER, MOST_PARTS, MOST_ROWS, Part, Reads, TermReads};
 pub use residual::Residual;
+pub(crate) use residual::Scratch;
+pub(crate) use rows::RowMemory;
 pub use rows::Rows;
-pub(crate) use rows::{RowMemory, Scratch};
 pub use unfit::{TermWarning, Unfit, UnfitReason};
 pub use view::{JointCoords, View};
 

@@ -83,6 +83,8 @@ pub(crate) struct TermLayout {
     pub(crate) own_rows: Range<usize>,
     pub(crate) has_potential: bool,
     pub(crate) is_hard: bool,
+    /// Whether its derivatives come by dual numbers.
+    pub(crate) is_by_duals: bool,
     /// Whether nothing that moves is read: it costs the same at every pose of a solve.
     pub(crate) is_constant: bool,
     /// Whether its frames are so many that their rows are summed up from the leaves to the root.

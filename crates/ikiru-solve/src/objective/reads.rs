@@ -62,6 +62,8 @@ pub struct TermReads {
     pub has_potential: bool,
     /// At how many earlier samples of a motion it reads the same frames.
     pub n_earlier: usize,
+    /// Whether its derivatives come by dual numbers, which need memory.
+    pub(crate) is_by_duals: bool,
 }
 
 impl TermReads {
@@ -71,6 +73,7 @@ impl TermReads {
         self.parts.clear();
         self.has_potential = false;
         self.n_earlier = 0;
+        self.is_by_duals = false;
     }
 }
 
@@ -159,6 +162,11 @@ impl<'a> Reads<'a> {
         }
         self.of.n_earlier = n_samples;
         Ok(())
+    }
+
+    /// Has derivatives by dual numbers.
+    pub(crate) fn by_duals(&mut self) {
+        self.of.is_by_duals = true;
     }
 
     #[inline]

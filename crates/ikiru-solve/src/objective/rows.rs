@@ -1,7 +1,6 @@
 //! Where an objective puts what it computes: the rows that it opens, and their derivative.
 
-use ikiru_rig::{Dual, Frame};
-
+use crate::objective::Scratch;
 use crate::objective::places::{PartLayout, Place, TermLayout};
 use crate::objective::{MOST_PARTS, TermWarning};
 
@@ -26,13 +25,6 @@ pub(crate) struct RowMemory {
     /// What the last term that found something odd said.
     pub(crate) warning: Option<TermWarning>,
     pub(crate) scratch: Scratch,
-}
-
-/// Memory for residuals that are differentiated by dual numbers.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Scratch {
-    pub(crate) frames: Vec<Frame<Dual<6>>>,
-    pub(crate) residual: Vec<Dual<6>>,
 }
 
 /// Where an objective puts what it computes.

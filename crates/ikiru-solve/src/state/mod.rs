@@ -117,10 +117,7 @@ impl State {
                 own: vec![[0.0; 6]; layout.n_own_rows],
                 slope: vec![0.0; layout.n_slope],
                 curvature: vec![0.0; layout.n_slope],
-                scratch: Scratch {
-                    frames: Vec::with_capacity(most(&|t| t.nodes.len())),
-                    residual: Vec::with_capacity(most(&|t| t.n_slots)),
-                },
+                scratch: Scratch::of(layout.terms.iter().filter(|t| t.is_by_duals)),
                 ..RowMemory::default()
             },
             #[cfg(test)]

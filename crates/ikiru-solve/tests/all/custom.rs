@@ -1,8 +1,13 @@
 //! Custom residuals: exact derivatives on every tree, and solved like any other objective.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::DVec3;
 use ikiru_rig::{Dual, Frame, JointId, Scalar, Vec3};
-use ikiru_solve::{CheckError, Problem, Residual, Search, Solver, SolverOptions, Unit, check_jacobian};
+use ikiru_solve::{
+    CheckError, Evaluation, Problem, Residual, Search, Solver, SolverOptions, Unit, check_jacobian,
+};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
 /// Three joints form a triangle of a given area, and the first looks away from the plane of the others by a
@@ -179,4 +184,54 @@ fn a_custom_objective_is_solved() {
     // Its own numbers change between solves like any target.
     problem[id].area = 0.08;
     assert!(solver.solve(&problem, &mut pose, &mut workspace).success);
+}
+
+/// The volume that the origins of neighbours span with the axes of each, over any number of joints: how often it
+/// is computed with derivatives is counted.
+#[derive(Clone, Debug)]
+struct Chain {
+    joints: Vec<JointId>,
+    n_evaluations: Arc<AtomicUsize>,
+}
+
+impl Residual for Chain {
+    fn joints(&self) -> &[JointId] {
+        &self.joints
+    }
+    fn n_rows(&self) -> usize {
+        2
+    }
+    fn evaluate<S: Scalar>(&self, frames: &[Frame<S>], residual: &mut [S]) {
+        let is_plain = size_of::<S>() == size_of::<f64>();
+        self.n_evaluations.fetch_add(usize::from(!is_plain), Ordering::Relaxed);
+        residual.fill(S::zero());
+        for (idx, frame) in frames.iter().enumerate() {
+            let next = &frames[(idx + 1) % frames.len()];
+            residual[0] += frame.rotation.x.cross(next.rotation.y).dot(frame.origin);
+            residual[1] += next.rotation.z.dot(frame.origin) * (idx as f64 + 1.0);
+        }
+    }
+}
+
+#[test]
+fn a_residual_is_computed_once_for_four_frames() {
+    let rig = random_rig(14, 6);
+    let pose = random_pose(&rig, &mut Random::new(2));
+    let mut of_one = 0;
+    for n_frames in 1..=9 {
+        let (joints, n_evaluations) = (rig.ids().rev().take(n_frames).collect(), Arc::default());
+        let mut problem = Problem::whole_body(&rig);
+        problem.add(1.0, Chain { joints, n_evaluations: Arc::clone(&n_evaluations) });
+        check_jacobian(&problem, &pose, 1e-6).unwrap_or_else(|error| panic!("{n_frames}: {error}"));
+        let mut evaluation = Evaluation::default();
+        n_evaluations.store(0, Ordering::Relaxed);
+        evaluation.at(&problem, &pose).unwrap();
+        let counted = n_evaluations.load(Ordering::Relaxed);
+        if n_frames == 1 {
+            of_one = counted;
+        }
+        assert!(of_one > 0);
+        // Once for each four frames, or what is left of them.
+        assert_eq!(counted, of_one * n_frames.div_ceil(4), "{n_frames}");
+    }
 }
