@@ -2,6 +2,7 @@
 
 mod architecture;
 mod catch_all;
+mod circles;
 mod code;
 mod defaults;
 mod dependencies;
@@ -9,6 +10,7 @@ mod floors;
 mod foreign;
 mod growth;
 mod kinds;
+mod paths;
 mod project;
 mod rust_files;
 mod type_names;
@@ -80,6 +82,7 @@ fn check(project: &Project) -> Result<Vec<Finding>> {
         foreign::check,
         type_names::check,
         catch_all::check,
+        circles::check,
         defaults::check,
         floors::check,
         growth::check,

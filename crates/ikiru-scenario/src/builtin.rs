@@ -1,6 +1,6 @@
 //! Scenarios that come with the library.
 
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::scenario::Scenario;
 
 /// Name and text of every built-in scenario: `demo`, a reach of the built-in human, and the two tasks of the
@@ -19,7 +19,11 @@ impl Scenario {
     pub fn builtin(name: &str) -> Result<Self, Error> {
         match BUILTINS.iter().find(|(known, _)| *known == name) {
             Some((_, text)) => Self::parse(text, &format!("{name}.toml"), "."),
-            None => Err(Error::unknown_builtin(name)),
+            None => {
+                let kind =
+                    ErrorKind::Builtin { name: name.to_owned(), known: BUILTINS.map(|b| b.0).to_vec() };
+                Err(Error::new("built-in scenario", None, kind))
+            }
         }
     }
 }

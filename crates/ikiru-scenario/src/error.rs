@@ -3,8 +3,6 @@
 use ikiru_rig::{ConeError, ForeignJoint, RigError, Role, UnknownName};
 use ikiru_solve::{MotionError, TargetPathError};
 
-#[cfg(feature = "builtin")]
-use crate::builtin::BUILTINS;
 use crate::methods::methods;
 
 /// Why a scenario cannot be used, with its place: file, line and column.
@@ -31,8 +29,13 @@ pub enum ErrorKind {
     Utf8,
     /// There is no built-in scenario of that name.
     #[cfg(feature = "builtin")]
-    #[error("there is no built-in scenario '{0}': expected {known}", known = list(&BUILTINS.map(|b| b.0)))]
-    Builtin(String),
+    #[error("there is no built-in scenario '{name}': expected {known}", known = list(.known))]
+    Builtin {
+        /// The name.
+        name: String,
+        /// All built-in scenarios.
+        known: Vec<&'static str>,
+    },
     /// Not TOML at all.
     #[error("not valid TOML: {0}")]
     Syntax(String),
@@ -289,11 +292,6 @@ impl Error {
     pub(crate) fn with_key(mut self, key: &str) -> Self {
         self.0.key = (!key.is_empty()).then(|| key.to_owned());
         self
-    }
-
-    #[cfg(feature = "builtin")]
-    pub(crate) fn unknown_builtin(name: &str) -> Self {
-        Self::new("built-in scenario", None, ErrorKind::Builtin(name.to_owned()))
     }
 
     /// The same, with more about the place of an unknown key.

@@ -55,6 +55,10 @@ impl Key {
     }
 }
 
+/// The joint that an objective is about.
+pub(crate) const JOINT: Key =
+    Key::new("joint", "the name of a joint, or a humanoid role", "The joint that it is about.");
+
 /// The names of keys, as errors list them.
 pub(crate) fn names(keys: &[Key]) -> Vec<&'static str> {
     keys.iter().map(|key| key.name).collect()

@@ -14,9 +14,6 @@ use crate::scene::Scene;
 use crate::table::{Table, Value};
 use crate::values::{name_of, quaternion, with_article};
 
-/// The joint that an objective is about.
-pub(crate) const JOINT: Key =
-    Key::new("joint", "the name of a joint, or a humanoid role", "The joint that it is about.");
 /// Which point of it.
 pub(crate) const POINT: Key = Key::new(
     "point",

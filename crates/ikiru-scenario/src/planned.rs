@@ -3,7 +3,7 @@
 use ikiru_rig::{Clip, RateExcess, RateLimit};
 use ikiru_solve::{MotionWorkspace, PlannedMotion, Report};
 
-use crate::motion::MotionScenario;
+use crate::motion_scenario::MotionScenario;
 
 /// How often a motion is slowed down further, where even samples are above a limit that the planned ones keep.
 const MOST_ROUNDS: usize = 16;

@@ -1,10 +1,10 @@
 //! What a solver or an objective's keys are refused for, in words.
 
 use ikiru_rig::Rig;
-use ikiru_solve::{Invalid, InvalidTerm, Unfit};
+use ikiru_solve::{Invalid, InvalidTerm};
 
 use crate::objective::ScenarioObjective;
-use crate::values::name_of;
+use crate::scene::unfit_text;
 
 /// What a solver refused, in words: the objective by its number from 1 and its kind, what is not usable about it, and the
 /// joint that this is about.
@@ -34,14 +34,6 @@ pub fn refusal(rig: &Rig, objectives: &[ScenarioObjective], invalid: Invalid) ->
             format!("objective {} ({kind}) {why}", term + 1)
         }
         other => other.to_string(),
-    }
-}
-
-/// What ends the sentence "the objective …", with the joint that it is about.
-pub(crate) fn unfit_text(rig: &Rig, unfit: Unfit) -> String {
-    match unfit.joint.map(|joint| name_of(rig, joint)) {
-        Some(joint) => format!("{unfit}: joint '{joint}'"),
-        None => unfit.to_string(),
     }
 }
 

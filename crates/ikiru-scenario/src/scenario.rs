@@ -12,16 +12,16 @@ use crate::at::{At, Source};
 use crate::axes::Axes;
 use crate::document::{Document, RootKey, SCALE, TargetAxes, read_text};
 use crate::error::{Error, ErrorKind};
-use crate::kinds::Aim;
+use crate::kind_keys::Aim;
 use crate::limits::limited;
 use crate::methods::method_named;
-use crate::motion::MotionSettings;
+use crate::motion::{MotionSettings, warn_of_what_begins_elsewhere};
 use crate::objective::{ObjectiveEntry, ScenarioObjective};
 use crate::roles::with_roles;
 use crate::scene::{Scene, joint_list};
 use crate::start::rest;
 use crate::values::{name_of, number_that};
-use crate::warning::{ScenarioPose, Warning};
+use crate::warning::{ScenarioPose, Warning, out_of_hand};
 
 /// What a scenario asks for, ready to solve, as often as wanted and for other targets too.
 #[derive(Debug)]
@@ -205,16 +205,6 @@ fn target_json(objective: &ScenarioObjective, problem: &Problem, from_rig: Axes,
     Json::Array(path.points().map(at).collect())
 }
 
-/// The joint that a warning says no active joint moves.
-pub(crate) fn out_of_hand(warnings: &[Warning], objective: usize) -> Option<&str> {
-    warnings.iter().find_map(|warning| match warning {
-        Warning::OutOfHand { objective: number, joint, .. } if *number == objective + 1 => {
-            Some(joint.as_str())
-        }
-        _ => None,
-    })
-}
-
 /// Texts have finite numbers alone; a program may put anything into a document.
 fn check_finite(value: &toml::Value, at: &At<'_>) -> Result<(), Error> {
     match value {
@@ -297,7 +287,7 @@ fn build(document: &Document, source: Source<'_>, folder: &Path) -> Result<Scena
     }
     warn_of_what_nothing_moves(&rig, &problem, &objectives, &mut warnings);
     if let Some(motion) = &motion {
-        crate::motion::warn_of_what_begins_elsewhere(motion, &start, &problem, &objectives, &mut warnings);
+        warn_of_what_begins_elsewhere(motion, &start, &problem, &objectives, &mut warnings);
     }
     let name = source.name.to_owned();
     Ok(Scenario {

@@ -6,7 +6,6 @@ use ikiru_solve::{TargetPath, Timeline, Unfit};
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
-use crate::refusal::unfit_text;
 use crate::values::{joint, name_of};
 
 /// What the keys of objectives are looked up in.
@@ -109,5 +108,13 @@ fn immobile(rig: &Rig, joint: JointId) -> ErrorKind {
             ErrorKind::Unfit { joint: name, reason }
         }
         None => ErrorKind::Immobile(name),
+    }
+}
+
+/// What ends the sentence "the objective …", with the joint that it is about.
+pub(crate) fn unfit_text(rig: &Rig, unfit: Unfit) -> String {
+    match unfit.joint.map(|joint| name_of(rig, joint)) {
+        Some(joint) => format!("{unfit}: joint '{joint}'"),
+        None => unfit.to_string(),
     }
 }

@@ -6,8 +6,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::at::At;
 use crate::error::{Error, ErrorKind};
-use crate::key::{self, Key};
-use crate::keys::JOINT;
+use crate::key::{self, JOINT, Key};
 
 /// A table of the text.
 #[derive(Clone)]

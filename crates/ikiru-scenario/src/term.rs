@@ -11,7 +11,7 @@ use serde_json::Value as Json;
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::kinds::{Aim, Built, KindKeys};
+use crate::kind_keys::{Aim, Built, KindKeys};
 use crate::scene::Scene;
 
 /// A term in a problem, and what its kind knows to do with it.

@@ -96,3 +96,13 @@ impl std::fmt::Display for Warning {
         }
     }
 }
+
+/// The joint that a warning says no active joint moves.
+pub(crate) fn out_of_hand(warnings: &[Warning], objective: usize) -> Option<&str> {
+    warnings.iter().find_map(|warning| match warning {
+        Warning::OutOfHand { objective: number, joint, .. } if *number == objective + 1 => {
+            Some(joint.as_str())
+        }
+        _ => None,
+    })
+}

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use ikiru_rig::Clip;
 use ikiru_solve::{Method, MotionWorkspace, PlannedMotion, Search, Solver, SolverOptions, StopReason};
 
-use crate::motion::MotionScenario;
+use crate::motion_scenario::MotionScenario;
 use crate::objective::DEFAULT_WEIGHT;
 
 /// By how much a weight is raised at once, and how far.

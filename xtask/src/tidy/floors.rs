@@ -1,8 +1,9 @@
 //! Rule: inside the solver, folders stand on those above them in `lib.rs`, and none imports from one below itself. What is
 //! compiled for tests alone may look at everything.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
+use super::paths::paths;
 use super::{Finding, Project};
 
 /// The crate whose modules are floors, in the order in which its `lib.rs` names them.
@@ -24,18 +25,28 @@ pub(super) fn check(project: &Project) -> Result<Vec<Finding>> {
         let own = within.split(['/', '.']).next().unwrap_or_default();
         let Some(floor) = floor_of(own).filter(|_| !is_for_tests(within)) else { continue };
         let text = project.text(file)?;
-        let code = text.lines().take_while(|line| line.trim() != "mod tests {");
-        for (number, line) in code.enumerate() {
-            for used in line.split("crate::").skip(1) {
-                let used = used.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
-                if floor_of(used).is_some_and(|used| used > floor) {
-                    let what = format!("`{own}` uses `{used}`, which stands on it");
-                    findings.push(Finding::new(file, number + 1, what, "only what lib.rs names before it"));
-                }
+        let of_code = paths(&text).with_context(|| file.clone())?;
+        let of_code = of_code.iter().filter(|path| path.words[0] == "crate");
+        let of_code = of_code.map(|path| (path.line, path.words[1].as_str()));
+        for (line, used) in of_code.chain(in_comments(&text)) {
+            if floor_of(used).is_some_and(|used| used > floor) {
+                let what = format!("`{own}` uses `{used}`, which stands on it");
+                findings.push(Finding::new(file, line, what, "only what lib.rs names before it"));
             }
         }
     }
     Ok(findings)
+}
+
+/// What comments name, each with its line.
+fn in_comments(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let code = text.lines().take_while(|line| line.trim() != "mod tests {");
+    let comments = code.enumerate().filter(|(_, line)| line.trim_start().starts_with("//"));
+    comments.flat_map(|(idx, line)| {
+        let named = line.split("crate::").skip(1);
+        let word = |rest: &'_ str| rest.find(|c: char| !c.is_alphanumeric() && c != '_');
+        named.map(move |rest| (idx + 1, &rest[..word(rest).unwrap_or(rest.len())]))
+    })
 }
 
 /// The module that a line of `lib.rs` declares.
@@ -64,6 +75,9 @@ mod tests {
         };
         let state = "crates/ikiru-solve/src/state/mod.rs";
         assert_eq!(lines(state, "//! A.\nuse crate::words::Unit;\nuse crate::front::Solver;\n"), [3]);
+        let group = "//! A.\nuse crate::{\n    front::{Solver, Workspace},\n    words::Unit,\n};\n";
+        assert_eq!(lines(state, group), [3, 3]);
+        assert_eq!(lines(state, "//! A.\nuse crate::{words::Unit, front};\n"), [2]);
         assert_eq!(lines(state, "//! A.\n/// As [`Solver`](crate::front::Solver).\n"), [2]);
         assert_eq!(
             lines(state, "//! A.\n#[cfg(test)]\nmod tests {\n    use crate::front::Solver;\n}\n"),

@@ -11,7 +11,7 @@ use crate::axes::Axes;
 use crate::error::{Error, ErrorKind};
 use crate::key::Key;
 use crate::keys::{TARGET, TOLERANCE, as_table, is_plain_zero, is_zero};
-use crate::kinds::{Aim, Built, KindKeys, vector_text};
+use crate::kind_keys::{Aim, Built, KindKeys, vector_text};
 use crate::scene::{Scene, none_of_them, twice};
 use crate::table::{Table, Value};
 use crate::values::{joint_of_key, number_that};

@@ -11,7 +11,7 @@ use crate::axes::Axes;
 use crate::error::Error;
 use crate::key::Key;
 use crate::keys::{TOLERANCE, is_zero};
-use crate::kinds::{Aim, Built, KindKeys};
+use crate::kind_keys::{Aim, Built, KindKeys};
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::values::number_that;

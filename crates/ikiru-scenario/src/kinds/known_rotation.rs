@@ -10,7 +10,7 @@ use crate::axes::Axes;
 use crate::error::Error;
 use crate::key::Key;
 use crate::keys::{JointKeys, TOLERANCE, TOLERANCE_DEG, as_table};
-use crate::kinds::{Aim, Built, KindKeys};
+use crate::kind_keys::{Aim, Built, KindKeys};
 use crate::scene::{Scene, none_of_them, twice};
 use crate::table::Table;
 use crate::values::{degrees, joint_of_key, name_of};

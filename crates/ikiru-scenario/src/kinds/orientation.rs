@@ -8,9 +8,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::key::Key;
-use crate::keys::{EULER_DEG, JOINT, RotationKeys, TARGET_ROTATION, TOLERANCE_DEG};
-use crate::kinds::{Aim, Built, KindKeys};
+use crate::key::{JOINT, Key};
+use crate::keys::{EULER_DEG, RotationKeys, TARGET_ROTATION, TOLERANCE_DEG};
+use crate::kind_keys::{Aim, Built, KindKeys};
 use crate::scene::Scene;
 use crate::table::Table;
 

@@ -11,7 +11,7 @@ use crate::axes::Axes;
 use crate::error::Error;
 use crate::key::Key;
 use crate::keys::{TARGET, TOLERANCE_DEG};
-use crate::kinds::{Aim, Built, KindKeys, vector_text};
+use crate::kind_keys::{Aim, Built, KindKeys, vector_text};
 use crate::scene::Scene;
 use crate::table::Table;
 

@@ -9,11 +9,11 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::key::Key;
+use crate::key::{JOINT, Key};
 use crate::keys::{
-    EULER_DEG, JOINT, POINT, RotationKeys, TARGET, TARGET_ROTATION, TOLERANCE, TOLERANCE_DEG, is_zero,
+    EULER_DEG, POINT, RotationKeys, TARGET, TARGET_ROTATION, TOLERANCE, TOLERANCE_DEG, is_zero,
 };
-use crate::kinds::{Aim, Built, KindKeys, point, vector_text};
+use crate::kind_keys::{Aim, Built, KindKeys, point, vector_text};
 use crate::scene::Scene;
 use crate::table::Table;
 

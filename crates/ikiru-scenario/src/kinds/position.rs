@@ -9,9 +9,9 @@ use serde_json::{Value as Json, json};
 use crate::at::At;
 use crate::axes::Axes;
 use crate::error::Error;
-use crate::key::Key;
-use crate::keys::{JOINT, PATH, POINT, TARGET, TOLERANCE, TargetKeys, is_zero};
-use crate::kinds::{Aim, Built, KindKeys, point, vector_text};
+use crate::key::{JOINT, Key};
+use crate::keys::{PATH, POINT, TARGET, TOLERANCE, TargetKeys, is_zero};
+use crate::kind_keys::{Aim, Built, KindKeys, point, vector_text};
 use crate::scene::Scene;
 use crate::table::Table;
 

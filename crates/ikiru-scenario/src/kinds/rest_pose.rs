@@ -10,7 +10,7 @@ use crate::axes::Axes;
 use crate::error::Error;
 use crate::key::Key;
 use crate::keys::{TOLERANCE, TOLERANCE_DEG};
-use crate::kinds::{Aim, Built, KindKeys};
+use crate::kind_keys::{Aim, Built, KindKeys};
 use crate::scene::{Scene, joint_list};
 use crate::table::Table;
 

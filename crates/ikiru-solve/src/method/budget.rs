@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use crate::method::SolverOptions;
 use crate::words::StopReason;
 use crate::words::{Progress, Watch};
 
@@ -19,13 +18,14 @@ pub(crate) struct Budget<'a> {
 }
 
 impl<'a> Budget<'a> {
-    pub(crate) fn new(options: &SolverOptions, watch: &'a Watch) -> Self {
+    /// So many iterations a start, and so much time for all.
+    pub(crate) fn of(most: usize, max_time: Option<Duration>, watch: &'a Watch) -> Self {
         Self {
             iterations: 0,
             restarts: 0,
             of_this_start: 0,
-            most: options.max_iterations,
-            started: options.max_time.map(|most| (Instant::now(), most)),
+            most,
+            started: max_time.map(|most| (Instant::now(), most)),
             watch: watch.is_set().then_some(watch),
         }
     }
@@ -86,6 +86,7 @@ impl<'a> Budget<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::method::SolverOptions;
     use std::ops::ControlFlow;
     use std::sync::{Arc, Mutex};
 

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use crate::method::PoseMethod;
+use crate::method::{Budget, PoseMethod};
+use crate::words::Watch;
 
 /// How a single start is improved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -110,6 +111,13 @@ pub struct SolverOptions {
     pub max_iterations: usize,
     /// Time budget of the whole solve (equations 23 and 24); none by default. Only where it is set is a clock read.
     pub max_time: Option<Duration>,
+}
+
+impl<'a> Budget<'a> {
+    /// What options let a solve spend.
+    pub(crate) fn new(options: &SolverOptions, watch: &'a Watch) -> Self {
+        Self::of(options.max_iterations, options.max_time, watch)
+    }
 }
 
 impl Default for SolverOptions {

@@ -5,7 +5,9 @@ use std::fmt::Debug;
 use glam::DVec3;
 use ikiru_rig::Rig;
 
+mod duals;
 pub(crate) mod lanes;
+mod most;
 pub(crate) mod places;
 mod reads;
 pub(crate) mod residual;
@@ -13,10 +15,11 @@ mod rows;
 mod unfit;
 mod view;
 
+pub(crate) use duals::Scratch;
 pub use lanes::LaneScratch;
-pub use reads::{MOST_EARLIER, MOST_PARTS, MOST_ROWS, Part, Reads, TermReads};
+pub use most::{MOST_EARLIER, MOST_PARTS, MOST_ROWS};
+pub use reads::{Part, Reads, TermReads};
 pub use residual::Residual;
-pub(crate) use residual::Scratch;
 pub(crate) use rows::RowMemory;
 pub use rows::Rows;
 pub use unfit::{TermWarning, Unfit, UnfitReason};

@@ -2,17 +2,8 @@
 
 use ikiru_rig::{JointId, Rig};
 
-use crate::objective::{Unfit, UnfitReason};
+use crate::objective::{MOST_EARLIER, MOST_PARTS, MOST_ROWS, Unfit, UnfitReason};
 use crate::words::{Sense, Unit};
-
-/// The most parts of one objective.
-pub const MOST_PARTS: usize = 4;
-
-/// The most rows of one part that is not [separable](Part::separable).
-pub const MOST_ROWS: usize = 1024;
-
-/// The most samples before its own that an objective may read.
-pub const MOST_EARLIER: usize = 3;
 
 /// Some rows of an objective that belong together: the loss is applied to their length, and a tolerance holds for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use std::fmt::Debug;
 
-use ikiru_rig::{Dual, Frame, JointId, LaneScalar, Scalar, Vec3};
+use ikiru_rig::{Frame, JointId, LaneScalar, Scalar};
 
+use crate::objective::duals::{N_DIRECTIONS, Seeded};
 use crate::objective::lanes::LaneScratch;
-use crate::objective::places::TermLayout;
 use crate::objective::{Objective, Part, Reads, Rows, Unfit, View};
 use crate::words::{Sense, Unit};
 
@@ -158,104 +158,31 @@ impl<R: Residual> Objective for R {
         let mut first = 0;
         while first < frames.len() {
             first += match frames.len() - first {
-                1 => scratch.one.differentiate(self, frames, first, rows),
-                2 => scratch.two.differentiate(self, frames, first, rows),
-                3 => scratch.three.differentiate(self, frames, first, rows),
-                _ => scratch.four.differentiate(self, frames, first, rows),
+                1 => differentiate(self, &mut scratch.one, frames, first, rows),
+                2 => differentiate(self, &mut scratch.two, frames, first, rows),
+                3 => differentiate(self, &mut scratch.three, frames, first, rows),
+                _ => differentiate(self, &mut scratch.four, frames, first, rows),
             };
         }
         *rows.scratch() = scratch;
     }
 }
 
-/// Memory for derivatives of residuals, by one frame to four at once.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Scratch {
-    one: Seeded<6>,
-    two: Seeded<12>,
-    three: Seeded<18>,
-    four: Seeded<24>,
-}
-
-impl Scratch {
-    /// Memory that suffices for the terms, whose derivatives all come by dual numbers.
-    pub(crate) fn of<'a>(terms: impl Iterator<Item = &'a TermLayout>) -> Self {
-        let mut scratch = Self::default();
-        for term in terms {
-            let (n_frames, n_rows) = (term.nodes.len(), term.n_slots);
-            if n_frames >= 4 {
-                scratch.four.reserve(n_frames, n_rows);
-            }
-            match n_frames % 4 {
-                1 => scratch.one.reserve(n_frames, n_rows),
-                2 => scratch.two.reserve(n_frames, n_rows),
-                3 => scratch.three.reserve(n_frames, n_rows),
-                _ => {}
-            }
+/// Puts the derivative of a residual by as many frames as are seeded at once, from the `first` on, into rows, and says how many
+/// frames that were.
+fn differentiate<R: Residual, const N: usize>(
+    residual: &R,
+    seeded: &mut Seeded<N>,
+    frames: &[Frame<f64>],
+    first: usize,
+    rows: &mut Rows<'_>,
+) -> usize {
+    let (seeded, values) = seeded.seed(frames, first, residual.n_rows());
+    Residual::evaluate(residual, seeded, values);
+    for (row, value) in values.iter().enumerate() {
+        for (place, derivatives) in value.derivatives.chunks_exact(N_DIRECTIONS).enumerate() {
+            rows.by_frame(row, first + place).copy_from_slice(derivatives);
         }
-        scratch
     }
-}
-
-/// The frames that a residual reads and its rows, with derivatives by `N` directions: six of each frame that is seeded.
-#[derive(Clone, Debug, Default)]
-struct Seeded<const N: usize> {
-    frames: Vec<Frame<Dual<N>>>,
-    residual: Vec<Dual<N>>,
-}
-
-impl<const N: usize> Seeded<N> {
-    fn reserve(&mut self, n_frames: usize, n_rows: usize) {
-        self.frames.reserve(n_frames);
-        self.residual.reserve(n_rows);
-    }
-
-    /// Puts the derivative by `N / 6` frames from the `first` on into rows, and says how many frames that were.
-    fn differentiate<R: Residual>(
-        &mut self,
-        of: &R,
-        frames: &[Frame<f64>],
-        first: usize,
-        rows: &mut Rows<'_>,
-    ) -> usize {
-        let n_seeded = N / 6;
-        self.frames.clear();
-        self.frames.extend(frames.iter().map(Frame::constant));
-        for (place, idx) in (first..first + n_seeded).enumerate() {
-            seed(&mut self.frames[idx], &frames[idx], 6 * place);
-        }
-        self.residual.clear();
-        self.residual.resize(of.n_rows(), Dual::from(0.0));
-        of.evaluate(&self.frames, &mut self.residual);
-        for (row, value) in self.residual.iter().enumerate() {
-            for (place, idx) in (first..first + n_seeded).enumerate() {
-                let derivatives = &value.derivatives[6 * place..6 * place + 6];
-                rows.by_frame(row, idx).copy_from_slice(derivatives);
-            }
-        }
-        n_seeded
-    }
-}
-
-/// Gives a frame derivatives by its own six directions, three of its origin and three of its rotation, in the places from
-/// `first` on.
-fn seed<const N: usize>(seeded: &mut Frame<Dual<N>>, frame: &Frame<f64>, first: usize) {
-    let axes = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)];
-    let origin = &mut seeded.origin;
-    for (k, number) in [&mut origin.x, &mut origin.y, &mut origin.z].into_iter().enumerate() {
-        number.derivatives[first + k] = 1.0;
-    }
-    // A column turns with ω: its derivative in direction k is e_k × column.
-    let turning = |dual: &mut Vec3<Dual<N>>, column: Vec3<f64>| {
-        for (k, axis) in axes.into_iter().enumerate() {
-            let change = axis.cross(column);
-            dual.x.derivatives[first + 3 + k] = change.x;
-            dual.y.derivatives[first + 3 + k] = change.y;
-            dual.z.derivatives[first + 3 + k] = change.z;
-        }
-    };
-    let (to, from) = (&mut seeded.rotation, &frame.rotation);
-    turning(&mut to.x, from.x);
-    turning(&mut to.y, from.y);
-    turning(&mut to.z, from.z);
+    N / N_DIRECTIONS
 }
