@@ -150,7 +150,7 @@ class Ikiru:
 def human_task(name: str, n_targets: int) -> Task:
     """The paper's task, simple or combined, on the project's own target points."""
     file = HUMAN_TARGETS[name]
-    points = json.loads((ROOT / "bench" / "targets" / file).read_text())[: N_WARMUP + n_targets]
+    points = json.loads((ROOT / "crates" / "ikiru-eval" / "targets" / file).read_text())[: N_WARMUP + n_targets]
     task = Task(name, "", HUMAN_RIG, points[:N_WARMUP], points[N_WARMUP:], human=Human(HUMAN_RIG))
     objective = "fingertip to a point" if name == "simple" else "fingertip to a point, and three look-at terms"
     task.description = f"{objective}; {len(task.targets)} points of `{file}`, from the rest pose, cost below 0.005"

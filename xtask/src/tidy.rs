@@ -4,6 +4,7 @@ mod architecture;
 mod catch_all;
 mod circles;
 mod code;
+mod copies;
 mod defaults;
 mod dependencies;
 mod floors;
@@ -83,6 +84,7 @@ fn check(project: &Project) -> Result<Vec<Finding>> {
         type_names::check,
         catch_all::check,
         circles::check,
+        copies::check,
         defaults::check,
         floors::check,
         growth::check,

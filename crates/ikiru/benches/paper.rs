@@ -12,8 +12,8 @@ use ikiru::glam::DVec3;
 use ikiru::scenario::Scenario;
 
 fn targets(name: &str) -> Vec<DVec3> {
-    let path = format!("{}/../../bench/targets/{name}.json", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read(path).expect("the target sets lie in bench/targets");
+    let path = format!("{}/../ikiru-eval/targets/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read(path).expect("the target sets lie in crates/ikiru-eval/targets");
     let points: Vec<[f64; 3]> = serde_json::from_slice(&text).expect("a list of points");
     points.into_iter().map(DVec3::from).collect()
 }

@@ -89,10 +89,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn built_in_sets_are_those_in_the_bench_folder() {
-        for (name, text) in BUILTINS {
-            let path = format!("{}/../../bench/targets/{name}.json", env!("CARGO_MANIFEST_DIR"));
-            assert_eq!(std::fs::read_to_string(path).unwrap(), text, "{name}");
+    fn built_in_sets_have_as_many_points_as_is_said_of_them() {
+        for (name, _) in BUILTINS {
             let n = if name == "reachable" { 2010 } else { 1010 };
             assert_eq!(TargetSet::builtin(name).unwrap().points.len(), n);
         }

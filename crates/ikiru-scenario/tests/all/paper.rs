@@ -1,4 +1,4 @@
-//! The paper's two tasks on the reference human, over the target sets in `bench/targets`.
+//! The paper's two tasks on the reference human, over the target sets in `crates/ikiru-eval/targets`.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::{DQuat, DVec3};
@@ -12,7 +12,7 @@ fn scenario(name: &str) -> Scenario {
 }
 
 fn targets(name: &str) -> Vec<DVec3> {
-    let path = format!("{}/../../bench/targets/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../ikiru-eval/targets/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let points: Vec<[f64; 3]> = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
     points.into_iter().map(DVec3::from).collect()
 }
