@@ -3,6 +3,7 @@
 pub(crate) mod banded;
 pub(crate) mod cholesky;
 pub(crate) mod columns;
+pub(crate) mod full_rows;
 pub(crate) mod iterative;
 pub(crate) mod rows;
 pub(crate) mod sample_rows;

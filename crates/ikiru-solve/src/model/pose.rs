@@ -7,9 +7,6 @@ use crate::state::State;
 use crate::state::gradient::whole_gradient;
 use crate::step::pose::StepSolver;
 
-/// The largest force of a hard row, in units of the largest squared column of the Jacobian times a metre or radian.
-const MOST_FORCE: f64 = 1e5;
-
 /// The pose of a state, with the terms of a problem.
 pub(crate) struct PoseModel<'a> {
     pub(crate) layout: &'a Layout,
@@ -86,7 +83,7 @@ impl Model for PoseModel<'_> {
     }
 
     fn forget_forces(&mut self) {
-        self.step.forces.forget();
+        self.step.guards.acting.forget();
     }
 
     #[inline(always)]
@@ -101,13 +98,11 @@ impl Model for PoseModel<'_> {
 
     #[inline(always)]
     fn scale(&mut self) -> f64 {
-        let scale = self.step.scale(self.layout, self.state);
-        self.step.forces.most = MOST_FORCE * scale;
-        scale
+        self.step.scale(self.layout, self.state)
     }
 
     fn aim(&mut self, share: f64) {
-        self.step.forces.aim(share);
+        self.step.guards.aim(share);
     }
 
     #[inline(always)]
@@ -116,7 +111,7 @@ impl Model for PoseModel<'_> {
     }
 
     fn largest_force(&self) -> f64 {
-        self.step.forces.largest_hard()
+        self.step.guards.largest_hard()
     }
 
     #[inline(always)]

@@ -148,7 +148,7 @@ impl Model for Trajectory<'_> {
     }
 
     fn forget_forces(&mut self) {
-        self.memory.step.acting.forget();
+        self.memory.step.guards.acting.forget();
     }
 
     fn begin(&mut self) -> f64 {
@@ -164,7 +164,7 @@ impl Model for Trajectory<'_> {
     }
 
     fn aim(&mut self, share: f64) {
-        self.memory.step.acting.aim(&self.state.guards, share);
+        self.memory.step.guards.acting.aim(&self.state.guards, share);
     }
 
     fn solve(&mut self, damping: f64) -> bool {
@@ -172,7 +172,7 @@ impl Model for Trajectory<'_> {
     }
 
     fn largest_force(&self) -> f64 {
-        self.memory.step.acting.largest_hard(&self.state.guards)
+        self.memory.step.guards.acting.largest_hard(&self.state.guards)
     }
 
     fn promised(&mut self) -> (f64, f64) {

@@ -310,6 +310,12 @@ impl State {
         if cost.is_nan() || self.memory.failure.is_some() { f64::INFINITY } else { cost }
     }
 
+    /// The residuals of guards, in the order of the layout, as of the last evaluation.
+    #[inline(always)]
+    pub(crate) fn guard_residual(&self, layout: &Layout) -> &[f64] {
+        &self.residual[layout.n_rows..layout.n_rows + layout.n_force_rows]
+    }
+
     /// By how much the rows of a hard term are missed, summed up.
     fn violation_of(&self, layout: &Layout, t: &TermLayout) -> f64 {
         let of_part = |part: &PartLayout| {

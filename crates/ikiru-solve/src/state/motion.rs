@@ -29,8 +29,7 @@ pub(crate) struct MotionState {
     /// Samples at which terms would hold that are switched off.
     off: Vec<usize>,
     pub(crate) rows: SampleRows,
-    /// Rows with a force of their own.
-    pub(crate) guards: Guards,
+    pub(crate) guards: Guards<SampleRows>,
     /// By how much hard rows are missed, summed up over all samples (metres, radians).
     pub(crate) violation: f64,
     /// The squares of what they miss.
@@ -64,7 +63,7 @@ impl MotionState {
     pub(crate) fn new(layout: &Layout, motion: &MotionProblem) -> Self {
         let mut state = Self {
             rows: SampleRows::new(layout),
-            guards: Guards::new(layout),
+            guards: Guards::of_motion(layout),
             other: State::new(layout),
             earlier: vec![State::new(layout); layout.n_earlier],
             ..Self::default()

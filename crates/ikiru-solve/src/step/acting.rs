@@ -1,294 +1,224 @@
-//! Which rows with a force act in a step of a motion. As in `step/forces.rs` each has a compliance, and acts while its force
-//! says so; here they join the rows that the step is solved over, as long as they act.
+//! What guards do in a step, of a pose and of a motion: which of them act, by what force, and when that changes.
+//!
+//! A guard `c + a δ` that acts has a force `f`, and `c + a δ + e f = 0` at the step, `e` its compliance: `1 / w` for a wish of
+//! weight `w`, next to nothing for a row that is hard. A guard that wants to be at least 0 can push and not pull: it acts while its
+//! force is positive. The force of a hard row has an end too, where the row gives way and presses with that, so that rows which
+//! contradict each other are missed by least in sum.
 
-use crate::algebra::sample_rows::SampleRows;
-use crate::state::guards::Guards;
-use crate::step::active::aim;
+use crate::algebra::full_rows::Derivatives;
+use crate::state::guards::{Guard, Guards};
 use crate::words::Sense;
 
-/// A row that wants to be at least 0 counts as missed beyond this (metres, radians).
-const SLACK: f64 = 1e-12;
-/// Where steps are solved for iteratively, the stiffness of hard rows relative to the largest curvature: forces that are
-/// kept from step to step make up for what it leaves.
-const STIFFNESS: f64 = 1e4;
+/// The largest force of a hard row, in units of the largest curvature along one degree of freedom times a metre or radian.
+const MOST_FORCE: f64 = 1e5;
+/// The compliance of a hard row, relative to what answers its force.
+const HARD_COMPLIANCE: f64 = 1e-9;
+/// A hard row is taken to be moved by at least this part of the most that its force could move it.
+const LEAST_MOVED: f64 = 1e-9;
+/// A guard counts as missed beyond this (metres, radians), and a step and a multiplier as wrong, relative to the largest one.
+pub(crate) const SLACK: f64 = 1e-12;
 
-/// Which rows act in a step, and how.
-#[derive(Clone, Debug, Default)]
+/// What one guard does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum Stance {
+    /// It has no force.
+    #[default]
+    Rests,
+    /// It has the force that it takes.
+    Acts,
+    /// Its force, of this sign, is the most that it may be.
+    Presses(f64),
+}
+
+/// What all guards of a pose or a motion do.
+#[derive(Clone, Debug)]
 pub(crate) struct Acting {
-    acts: Vec<bool>,
-    /// The force of each row; 0 where it does not act.
-    force: Vec<f64>,
+    pub(crate) stances: Vec<Stance>,
+    /// The force of each guard; 0 where it rests.
+    pub(crate) force: Vec<f64>,
     /// The residuals that the step is solved for.
-    aim: Vec<f64>,
-    /// What the linear model says of each row.
+    pub(crate) aim: Vec<f64>,
+    /// The largest force of a hard row; one that wants more gives way.
+    pub(crate) most: f64,
+    /// Memory over guards.
     along: Vec<f64>,
-    is_iterative: bool,
-    /// The compliance of hard rows where steps are solved for iteratively.
-    compliance: f64,
+}
+
+impl Default for Acting {
+    fn default() -> Self {
+        Self {
+            stances: Vec::new(),
+            force: Vec::new(),
+            aim: Vec::new(),
+            most: f64::INFINITY,
+            along: Vec::new(),
+        }
+    }
 }
 
 impl Acting {
-    /// Forgets what acted.
-    pub(crate) fn forget(&mut self) {
-        self.acts.clear();
-        self.force.clear();
+    /// So many guards, which rest.
+    pub(crate) fn new(n_guards: usize) -> Self {
+        Self {
+            stances: vec![Stance::Rests; n_guards],
+            force: vec![0.0; n_guards],
+            aim: vec![0.0; n_guards],
+            along: Vec::with_capacity(n_guards),
+            ..Self::default()
+        }
     }
 
-    /// Takes over a linearization of this largest curvature; what acted before, acts at first.
-    pub(crate) fn begin(&mut self, guards: &Guards, is_iterative: bool, scale: f64) {
-        (self.is_iterative, self.compliance) = (is_iterative, 1.0 / (STIFFNESS * scale));
-        self.acts.resize(guards.guards.len(), false);
+    /// Forgets what acted.
+    pub(crate) fn forget(&mut self) {
+        self.stances.fill(Stance::Rests);
+        self.force.fill(0.0);
+    }
+
+    /// Bounds the force of hard rows by a largest curvature along one degree of freedom.
+    pub(crate) fn bound_force(&mut self, scale: f64) {
+        self.most = MOST_FORCE * scale;
+    }
+
+    /// Takes over a linearization: what is closed rests, and all others keep what they do.
+    pub(crate) fn begin<D>(&mut self, guards: &Guards<D>) {
+        self.stances.resize(guards.guards.len(), Stance::Rests);
         self.force.resize(guards.guards.len(), 0.0);
-        for ((guard, acts), force) in guards.guards.iter().zip(&mut self.acts).zip(&mut self.force) {
+        for ((guard, stance), force) in guards.guards.iter().zip(&mut self.stances).zip(&mut self.force) {
             if !guard.is_open {
-                (*acts, *force) = (false, 0.0);
+                (*stance, *force) = (Stance::Rests, 0.0);
             }
         }
     }
 
     /// Takes what the forces do off half a gradient.
-    pub(crate) fn balance(&self, guards: &Guards, gradient: &mut [f64]) {
-        guards.rows.add_transposed_of(|row| -self.force[row], gradient);
+    pub(crate) fn balance(&self, rows: &impl Derivatives, gradient: &mut [f64]) {
+        rows.add_transposed_of(|row| -self.force[row], gradient);
     }
 
-    /// The next step is to make good a share of what is missed.
-    pub(crate) fn aim(&mut self, guards: &Guards, share: f64) {
-        let rows = guards.guards.iter().zip(&guards.rows.residual);
+    /// The next step is to make good a share of what is missed, and to leave the room that there is where nothing is.
+    pub(crate) fn aim<D: Derivatives>(&mut self, guards: &Guards<D>, share: f64) {
+        let rows = guards.guards.iter().zip(guards.rows.residual());
         self.aim.clear();
         self.aim.extend(rows.map(|(guard, residual)| aim(guard.sense, *residual, share)));
     }
 
-    /// The next step is from where the model begins, for the residuals at another motion near by, less what the linear
-    /// model says of the way there.
-    pub(crate) fn aim_from(&mut self, guards: &Guards, residual: &[f64], delta: &[f64]) {
-        self.aim.clear();
-        self.aim.extend_from_slice(residual);
+    /// The same for the residuals of some guards somewhere near by, less what the linear model says of the way there, so that the
+    /// step is from where the model begins.
+    pub(crate) fn aim_from(
+        &mut self,
+        rows: &impl Derivatives,
+        residuals: impl Iterator<Item = (usize, f64)>,
+        delta: &[f64],
+    ) {
         self.along.clear();
-        self.along.resize(self.aim.len(), 0.0);
-        guards.rows.add_product(delta, &mut self.along);
-        self.aim.iter_mut().zip(&self.along).for_each(|(aim, along)| *aim -= along);
+        self.along.resize(self.force.len(), 0.0);
+        rows.add_product(delta, &mut self.along);
+        self.aim.resize(self.force.len(), 0.0);
+        residuals.for_each(|(row, residual)| self.aim[row] = residual - self.along[row]);
     }
 
-    /// Begins a step: what must act, and what acted.
-    pub(crate) fn open(&mut self, guards: &Guards) {
-        for (acts, guard) in self.acts.iter_mut().zip(&guards.guards) {
-            *acts = guard.is_open && (*acts || guard.sense == Sense::Equal);
+    /// Begins a solve: what must act does so, and what acted or pressed at the last one.
+    pub(crate) fn open<D>(&mut self, guards: &Guards<D>) {
+        for (stance, guard) in self.stances.iter_mut().zip(&guards.guards) {
+            if !guard.is_open {
+                *stance = Stance::Rests;
+            } else if *stance == Stance::Rests && guard.sense == Sense::Equal {
+                *stance = Stance::Acts;
+            }
         }
     }
 
-    /// Whether a row acts.
+    /// Whether a guard acts.
+    #[inline(always)]
     pub(crate) fn acts(&self, row: usize) -> bool {
-        self.acts[row]
+        self.stances[row] == Stance::Acts
     }
 
-    /// The compliance of a row: 0 for a hard one where steps are solved for exactly.
-    fn compliance(&self, guards: &Guards, row: usize) -> f64 {
-        match guards.guards[row].weight {
-            Some(weight) => 1.0 / weight,
-            None if self.is_iterative => self.compliance,
-            None => 0.0,
-        }
-    }
-
-    /// Adds a row that acts to those that a step is solved over.
-    pub(crate) fn push_to(&self, guards: &Guards, row: usize, rows: &mut SampleRows) {
-        let compliance = self.compliance(guards, row);
-        if self.is_iterative {
-            rows.push_scaled(&guards.rows, row, self.residual(guards, row), 1.0 / compliance.sqrt(), 1.0);
-        } else {
-            rows.push_scaled(&guards.rows, row, self.residual(guards, row), 1.0, compliance);
-        }
-    }
-
-    /// The residual of a row among those that a step is solved over.
-    pub(crate) fn residual(&self, guards: &Guards, row: usize) -> f64 {
-        if !self.is_iterative {
-            return self.aim[row];
-        }
-        let compliance = self.compliance(guards, row);
-        let kept = if guards.guards[row].weight.is_none() { compliance * self.force[row] } else { 0.0 };
-        (self.aim[row] - kept) / compliance.sqrt()
-    }
-
-    /// Takes over the multiplier of a row that acts among those that the step was solved over.
-    pub(crate) fn set_force(&mut self, guards: &Guards, row: usize, multiplier: f64) {
-        let scale = if self.is_iterative { 1.0 / self.compliance(guards, row).sqrt() } else { 1.0 };
-        self.force[row] = -scale * multiplier;
-    }
-
-    /// Lets rows go that would have to pull, and has those act that a step misses; says whether there was one.
-    pub(crate) fn exchange(&mut self, guards: &Guards, delta: &[f64]) -> bool {
-        self.along.clone_from(&self.aim);
-        guards.rows.add_product(delta, &mut self.along);
-        let mut changed = false;
-        for (row, guard) in guards.guards.iter().enumerate() {
-            if guard.sense == Sense::Equal || !guard.is_open {
-                continue;
-            }
-            let is_wrong = if self.acts[row] { self.force[row] < 0.0 } else { self.along[row] < -SLACK };
-            if is_wrong {
-                (changed, self.acts[row]) = (true, !self.acts[row]);
-            }
-            if !self.acts[row] {
-                self.force[row] = 0.0;
+    /// Sets the forces of what does not act; says whether a guard presses.
+    pub(crate) fn press(&mut self) -> bool {
+        let mut presses = false;
+        for (stance, force) in self.stances.iter().zip(&mut self.force) {
+            match stance {
+                Stance::Rests => *force = 0.0,
+                Stance::Acts => {}
+                Stance::Presses(sign) => (presses, *force) = (true, sign * self.most),
             }
         }
-        changed
+        presses
+    }
+
+    /// What presses, and by which force.
+    pub(crate) fn pressing(&self, row: usize) -> f64 {
+        if matches!(self.stances[row], Stance::Presses(_)) { self.force[row] } else { 0.0 }
+    }
+
+    /// What a guard should do where it is wrong about that: `then` is its residual at the step, and what of it is rounding; what
+    /// of forces is rounding is `slack`.
+    #[inline(always)]
+    pub(crate) fn next(
+        &self,
+        guard: &Guard,
+        row: usize,
+        slack: f64,
+        then: impl FnOnce() -> (f64, f64),
+    ) -> Option<Stance> {
+        if !guard.is_open {
+            return None;
+        }
+        match self.stances[row] {
+            Stance::Acts => {
+                let force = self.force[row];
+                let most = if guard.weight.is_none() { self.most } else { f64::INFINITY };
+                if guard.sense == Sense::AtLeast && force < -slack {
+                    Some(Stance::Rests)
+                } else if force.abs() > most {
+                    Some(Stance::Presses(force.signum()))
+                } else {
+                    None
+                }
+            }
+            Stance::Rests => {
+                let (then, slack) = then();
+                (then < -slack).then_some(Stance::Acts)
+            }
+            // A row that gave way does so no longer where it is kept with less than it presses by.
+            Stance::Presses(sign) => {
+                let (then, slack) = then();
+                (then * sign > slack).then_some(Stance::Acts)
+            }
+        }
     }
 
     /// The largest force of a hard row.
-    pub(crate) fn largest_hard(&self, guards: &Guards) -> f64 {
+    pub(crate) fn largest_hard<D>(&self, guards: &Guards<D>) -> f64 {
         let hard = guards.guards.iter().zip(&self.force).filter(|(guard, _)| guard.weight.is_none());
         hard.map(|(_, force)| force.abs()).fold(0.0, f64::max)
     }
 }
 
+/// The residual that a step is to make good of a row: a share of what is missed, and the room that is left where nothing is.
+#[inline(always)]
+fn aim(sense: Sense, residual: f64, share: f64) -> f64 {
+    let missed = sense.missing(residual);
+    if missed == 0.0 { residual } else { share * missed }
+}
+
+/// The compliance of a hard row whose force moves it by so much, and by so much at most if nothing were held and nothing else
+/// wanted. Where all that moves it is held, its force grows large, but not without end, so that what is held is let go of;
+/// a row that nothing moves gives way to any force: it has no say.
+pub(crate) fn hard_compliance(moved: f64, at_most: f64) -> f64 {
+    if at_most > 0.0 { HARD_COMPLIANCE * moved.max(LEAST_MOVED * at_most) } else { f64::MAX.sqrt() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::sample_rows::Block;
-    use crate::state::guards::Guard;
-
-    /// The residuals of four rows, and their derivatives by the two degrees of freedom of the second of two samples.
-    const RESIDUAL: [f64; 4] = [-0.4, 0.3, -0.2, 0.1];
-    const JACOBIAN: [[f64; 2]; 4] = [[1.0, 2.0], [-1.0, 0.5], [0.3, 0.0], [0.0, -2.0]];
-    const DELTA: [f64; 4] = [7.0, 7.0, 0.3, -0.1];
-
-    /// A hard equality, a hard bound, a wished bound of weight 4, and a hard bound that is closed.
-    fn guards() -> Guards {
-        let mut guards = Guards::default();
-        guards.rows = SampleRows::dense(2, RESIDUAL.len());
-        for (row, entries) in JACOBIAN.iter().enumerate() {
-            guards.rows.push(row, RESIDUAL[row], |_, k| entries[k]);
-        }
-        guards.rows.blocks.push(Block { sample: 1, first: 0, n_rows: RESIDUAL.len() });
-        let guard = |sense, weight, is_open| Guard { sense, weight, is_open };
-        guards.guards = vec![
-            guard(Sense::Equal, None, true),
-            guard(Sense::AtLeast, None, true),
-            guard(Sense::AtLeast, Some(4.0), true),
-            guard(Sense::AtLeast, None, false),
-        ];
-        guards
-    }
-
-    /// What a row changes by along the step.
-    fn along(row: usize) -> f64 {
-        JACOBIAN[row][0] * DELTA[2] + JACOBIAN[row][1] * DELTA[3]
-    }
-
-    /// Every open row acts, of a linearization whose largest curvature is 2.
-    fn acting(guards: &Guards, is_iterative: bool) -> Acting {
-        let mut acting = Acting::default();
-        acting.begin(guards, is_iterative, 2.0);
-        acting.acts.fill(true);
-        acting.open(guards);
-        acting.aim(guards, 1.0);
-        acting
-    }
-
-    fn near(a: f64, b: f64) -> bool {
-        (a - b).abs() < 1e-9 * (1.0 + b.abs())
-    }
 
     #[test]
-    fn equalities_act_at_first_and_what_is_closed_never_does() {
-        let guards = guards();
-        let mut at_first = Acting::default();
-        at_first.begin(&guards, false, 1.0);
-        at_first.open(&guards);
-        assert_eq!(at_first.acts, [true, false, false, false]);
-        assert_eq!(acting(&guards, false).acts, [true, true, true, false]);
-    }
-
-    #[test]
-    fn what_is_closed_forgets_its_force_and_the_others_keep_theirs() {
-        let guards = guards();
-        let mut acting = acting(&guards, false);
-        (0..4).for_each(|row| acting.set_force(&guards, row, -1.0));
-        acting.begin(&guards, false, 1.0);
-        assert_eq!(acting.force, [1.0, 1.0, 1.0, 0.0]);
-        let mut gradient = [0.0; 4];
-        acting.balance(&guards, &mut gradient);
-        let pulled = [0, 1].map(|k| (0..3).map(|row| JACOBIAN[row][k]).sum::<f64>());
-        assert_eq!(gradient, [0.0, 0.0, -pulled[0], -pulled[1]]);
-        acting.forget();
-        assert_eq!(acting.largest_hard(&guards), 0.0);
-    }
-
-    #[test]
-    fn solved_for_exactly_a_row_gives_way_by_its_weight_and_a_hard_one_not_at_all() {
-        let guards = guards();
-        let mut acting = acting(&guards, false);
-        let mut rows = SampleRows::dense(2, RESIDUAL.len());
-        (0..3).for_each(|row| acting.push_to(&guards, row, &mut rows));
-        assert_eq!(rows.compliance, [0.0, 0.0, 0.25]);
-        assert_eq!(rows.residual, RESIDUAL[..3]);
-        assert_eq!(acting.residual(&guards, 2), RESIDUAL[2]);
-        acting.set_force(&guards, 0, 3.0);
-        acting.set_force(&guards, 2, -5.0);
-        assert_eq!(acting.force, [-3.0, 0.0, 5.0, 0.0]);
-        // That of a wish is none of a hard row.
-        assert_eq!(acting.largest_hard(&guards), 3.0);
-    }
-
-    #[test]
-    fn solved_for_iteratively_what_is_missed_is_added_to_the_force_that_was_kept() {
-        let guards = guards();
-        // 10⁴ times as stiff as the largest curvature.
-        let stiffness = 2e4;
-        for kept in [0.0, 700.0] {
-            let mut acting = acting(&guards, true);
-            acting.force[..3].fill(kept);
-            let mut rows = SampleRows::dense(2, RESIDUAL.len());
-            (0..3).for_each(|row| acting.push_to(&guards, row, &mut rows));
-            assert_eq!(rows.compliance, [1.0; 3]);
-            for row in 0..3 {
-                assert!(near(rows.residual[row], acting.residual(&guards, row)), "{row}");
-                // A row of compliance 1 has for its multiplier what it misses at the step.
-                let multiplier = rows.residual[row] + rows.dot_own(row, &DELTA[2..]);
-                let missed = RESIDUAL[row] + along(row);
-                let wanted = if row == 2 { -4.0 * missed } else { kept - stiffness * missed };
-                acting.set_force(&guards, row, multiplier);
-                assert!(near(acting.force[row], wanted), "{row}: {} {wanted}", acting.force[row]);
-            }
-        }
-    }
-
-    #[test]
-    fn a_correction_aims_from_where_the_model_begins() {
-        let guards = guards();
-        let mut acting = acting(&guards, false);
-        let found = [0.5, -0.25, 0.125, 1.0];
-        acting.aim_from(&guards, &found, &DELTA);
-        for (row, found) in found.into_iter().enumerate() {
-            assert!(near(acting.aim[row], found - along(row)), "{row}");
-        }
-    }
-
-    #[test]
-    fn bounds_that_pull_are_let_go_of_and_bounds_that_are_missed_act() {
-        let guards = guards();
-        let missed = RESIDUAL[2] + along(2);
-        assert!(missed < -SLACK && RESIDUAL[1] + along(1) < -SLACK && RESIDUAL[3] + along(3) > 0.0);
-        // Neither the equality nor the closed row is exchanged, whatever its force.
-        let mut acting = acting(&guards, false);
-        acting.force.copy_from_slice(&[-1.0, -1.0, 1.0, 0.0]);
-        assert!(acting.exchange(&guards, &DELTA));
-        assert_eq!(
-            (&acting.acts[..], &acting.force[..]),
-            (&[true, false, true, false][..], &[-1.0, 0.0, 1.0, 0.0][..])
-        );
-        // The step still misses the one that was let go of.
-        assert!(acting.exchange(&guards, &DELTA));
-        assert_eq!(acting.acts, [true, true, true, false]);
-        // With no force at all it may stay, so that this ends.
-        assert!(!acting.exchange(&guards, &DELTA));
-        // What has room does not begin to act, nor does what is missed by rounding.
-        for room in [0.2, 0.0, -0.5 * SLACK] {
-            acting.acts[1] = false;
-            acting.aim[1] = room - along(1);
-            assert!(!acting.exchange(&guards, &DELTA) && !acting.acts(1), "{room}");
-        }
+    fn a_share_of_what_is_missed_is_made_good() {
+        assert_eq!(aim(Sense::Equal, -0.4, 0.5), -0.2);
+        assert_eq!(aim(Sense::AtLeast, -0.4, 0.5), -0.2);
+        // What is left stays as it is.
+        assert_eq!(aim(Sense::AtLeast, 0.4, 0.5), 0.4);
     }
 }

@@ -1,6 +1,5 @@
-//! The active set's rules, for a degree of freedom and for a row: what blocks, what is crossed, what is let go of.
-
-use crate::words::Sense;
+//! The active set's rules for what limits hold, of a pose and of a motion: what blocks, what is crossed, what is let go of. Those
+//! for guards are in `acting.rs`.
 
 /// How near to a limit counts as on it, in radians or metres.
 pub(crate) const ON_LIMIT: f64 = 1e-9;
@@ -29,13 +28,6 @@ pub(crate) fn would_pull((down, up): Room, way: f64, gradient: f64, slack: f64) 
     }
     // Half the gradient: what is held from below wants to go further down.
     if way - down <= up - way { gradient < -slack } else { gradient > slack }
-}
-
-/// The residual that a step is to make good of a row: a share of what is missed, and the room that is left where nothing is.
-#[inline(always)]
-pub(crate) fn aim(sense: Sense, residual: f64, share: f64) -> f64 {
-    let missed = sense.missing(residual);
-    if missed == 0.0 { residual } else { share * missed }
 }
 
 #[cfg(test)]
@@ -73,13 +65,5 @@ mod tests {
         }
         assert!(!would_pull((0.0, 0.0), 0.0, -1.0, 0.0) && !would_pull((0.0, 0.0), 0.0, 1.0, 0.0));
         assert_eq!([-1.0, 0.1, 1.0].map(|way| inside(room, way)), [-0.2, 0.1, 0.5]);
-    }
-
-    #[test]
-    fn a_share_of_what_is_missed_is_made_good() {
-        assert_eq!(aim(Sense::Equal, -0.4, 0.5), -0.2);
-        assert_eq!(aim(Sense::AtLeast, -0.4, 0.5), -0.2);
-        // What is left stays as it is.
-        assert_eq!(aim(Sense::AtLeast, 0.4, 0.5), 0.4);
     }
 }

@@ -3,7 +3,8 @@
 pub(crate) mod acting;
 pub(crate) mod active;
 pub(crate) mod cones;
-pub(crate) mod forces;
 pub(crate) mod motion;
+pub(crate) mod motion_guards;
 pub(crate) mod pose;
+pub(crate) mod pose_guards;
 pub(crate) mod system;

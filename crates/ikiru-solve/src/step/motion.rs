@@ -4,14 +4,14 @@
 use crate::algebra::sample_rows::{Block, SampleRows};
 use crate::layout::Layout;
 use crate::state::motion::MotionState;
-use crate::step::acting::Acting;
 use crate::step::active::{Room, inside, is_blocked, would_pull};
 use crate::step::cones::{Cones, HeldAxis};
+use crate::step::motion_guards::MotionGuards;
 use crate::step::system::{MOST_DIRECT_ROWS, System};
 
-/// Rounds of finding limits that a step would cross, holding those and solving again; and the same where rows have forces.
+/// Rounds of finding limits that a step would cross, holding those and solving again; and the same where there are guards.
 const MOST_ROUNDS: usize = 4;
-const MOST_ROUNDS_OF_FORCES: usize = 12;
+const MOST_ROUNDS_OF_GUARDS: usize = 12;
 
 /// Memory of the step, and the step itself in `delta`, sample by sample.
 #[derive(Clone, Debug, Default)]
@@ -25,14 +25,15 @@ pub(crate) struct MotionStep {
     free: Vec<bool>,
     open: Vec<bool>,
     cones: Cones,
-    /// Which rows with a force act.
-    pub(crate) acting: Acting,
+    pub(crate) guards: MotionGuards,
     pub(crate) delta: Vec<f64>,
     /// The rows of the state, those of what acts, and those of cones; and what each of them is.
     rows: SampleRows,
     sources: Vec<Source>,
     residual: Vec<f64>,
     y: Vec<f64>,
+    /// Half the gradient beside those rows, less what guards press by.
+    beside: Vec<f64>,
     /// Degrees of freedom that a range would have to pull at.
     pulled: Vec<usize>,
 }
@@ -79,8 +80,8 @@ impl MotionStep {
         let is_iterative = self.is_iterative(state);
         if !state.guards.is_empty() {
             let scale = self.scale(state);
-            self.acting.begin(&state.guards, is_iterative, scale);
-            self.acting.balance(&state.guards, &mut self.gradient);
+            self.guards.begin(&state.guards, is_iterative, scale);
+            self.guards.acting.balance(&state.guards.rows, &mut self.gradient);
         }
         self.cones.begin(layout, state, is_iterative, &self.gradient);
         let mut largest = 0.0_f64;
@@ -112,11 +113,12 @@ impl MotionStep {
         self.open.copy_from_slice(&self.free);
         self.delta.fill(0.0);
         self.cones.open();
-        self.acting.open(&state.guards);
-        let has_forces = !state.guards.is_empty();
-        let most_rounds = if has_forces { MOST_ROUNDS_OF_FORCES } else { MOST_ROUNDS };
+        self.guards.acting.open(&state.guards);
+        let has_guards = !state.guards.is_empty();
+        let most_rounds = if has_guards { MOST_ROUNDS_OF_GUARDS } else { MOST_ROUNDS };
         let mut is_held = false;
         for round in 0..most_rounds {
+            self.press(state);
             self.gather(state);
             let rows = if self.is_plain(state) { &state.rows } else { &self.rows };
             if !self.system.factor(state, rows, &self.open, damping) {
@@ -129,11 +131,11 @@ impl MotionStep {
             // What is let go of may be crossed again: only in the first rounds, so that this ends.
             let may_let_go = 2 * round < most_rounds;
             self.pulled.clear();
-            if may_let_go && has_forces {
+            if may_let_go && has_guards {
                 self.find_pulled(layout, state, damping);
             }
             let ranges = self.hold_crossed(layout, state);
-            let rows = has_forces && self.acting.exchange(&state.guards, &self.delta);
+            let rows = has_guards && self.guards.exchange(&state.guards, &self.delta);
             let cones = self.cones.hold_crossed(&self.delta);
             let let_go = may_let_go && self.let_go(state);
             if !let_go && !ranges && !cones && !rows {
@@ -142,7 +144,7 @@ impl MotionStep {
             is_held = true;
         }
         self.clamp(layout, state);
-        if is_held && !has_forces {
+        if is_held && !has_guards {
             self.shorten(state);
         }
         true
@@ -151,6 +153,15 @@ impl MotionStep {
     /// Whether the rows of the state are all that a step is solved over.
     fn is_plain(&self, state: &MotionState) -> bool {
         self.cones.is_idle() && state.guards.is_empty()
+    }
+
+    /// Takes what presses off the gradient beside rows.
+    fn press(&mut self, state: &MotionState) {
+        self.beside.clone_from(&state.gradient);
+        if self.guards.acting.press() {
+            let acting = &self.guards.acting;
+            state.guards.rows.add_transposed_of(|row| -acting.pressing(row), &mut self.beside);
+        }
     }
 
     /// Gathers the rows of the state, those that act, and those of cones that hold, sample by sample.
@@ -173,8 +184,10 @@ impl MotionStep {
                 }
             }
             while let Some(block) = guards.next_if(|block| block.sample == sample) {
-                for row in (block.first..block.first + block.n_rows).filter(|row| self.acting.acts(*row)) {
-                    self.acting.push_to(&state.guards, row, rows);
+                for row in
+                    (block.first..block.first + block.n_rows).filter(|row| self.guards.acting.acts(*row))
+                {
+                    self.guards.push_to(&state.guards, row, rows);
                     sources.push(Source::Guard(row));
                 }
             }
@@ -188,7 +201,7 @@ impl MotionStep {
 
     /// Solves once more with what was factored last, for other residuals at the same place. With those of a
     /// step, less what the linear model says of it, this is the step that its curvature asks for: along a narrow curved
-    /// valley it leads back to the ground (a second-order correction). `guards` are residuals of rows with a force.
+    /// valley it leads back to the ground (a second-order correction). `guards` are residuals of those.
     pub(crate) fn correct(
         &mut self,
         layout: &Layout,
@@ -197,7 +210,7 @@ impl MotionStep {
         residual: &[f64],
         guards: &[f64],
     ) {
-        self.acting.aim_from(&state.guards, guards, &self.delta);
+        self.guards.acting.aim_from(&state.guards.rows, guards.iter().copied().enumerate(), &self.delta);
         self.solve_factored(state, damping, residual);
         self.clamp(layout, state);
     }
@@ -211,15 +224,15 @@ impl MotionStep {
             self.residual.clear();
             self.residual.extend(self.sources.iter().map(|source| match source {
                 Source::State(row) => residual[*row],
-                Source::Guard(row) => self.acting.residual(&state.guards, *row),
+                Source::Guard(row) => self.guards.residual(&state.guards, *row),
                 Source::Cone(held) => held.residual,
             }));
             (&self.rows, &self.residual[..])
         };
-        self.system.solve(state, rows, &self.open, damping, residual, &mut self.delta);
+        self.system.solve(state, &self.beside, rows, &self.open, damping, residual, &mut self.delta);
         for (source, multiplier) in self.sources.iter().zip(&self.system.y).filter(|_| !is_plain) {
             if let Source::Guard(row) = source {
-                self.acting.set_force(&state.guards, *row, *multiplier);
+                self.guards.set_force(&state.guards, *row, *multiplier);
             }
         }
     }
@@ -245,7 +258,7 @@ impl MotionStep {
         // Half the gradient of the model at the step, forces included: what they are held against.
         let mut pull = std::mem::take(&mut self.y);
         pull.clear();
-        pull.extend_from_slice(&state.gradient);
+        pull.extend_from_slice(&self.beside);
         self.rows.add_transposed(&self.system.y, &mut pull);
         self.system.add_product_beside_rows(state, damping, &self.delta, &mut pull);
         let n = self.n_dofs;
@@ -491,7 +504,7 @@ mod tests {
             step.fit(layout, state);
             step.begin(layout, state);
             let damping = 0.05 * step.scale(state);
-            step.acting.aim(&state.guards, 1.0);
+            step.guards.acting.aim(&state.guards, 1.0);
             assert!(step.solve(layout, state, damping));
             // Half the gradient of the model at the step, less what forces do.
             let mut rows = state.rows.residual.clone();
@@ -499,8 +512,8 @@ mod tests {
             let mut pull = state.gradient.clone();
             state.rows.add_transposed(&rows, &mut pull);
             step.system.add_product_beside_rows(state, damping, &step.delta, &mut pull);
-            step.acting.balance(&state.guards, &mut pull);
-            n_acting += (0..state.guards.guards.len()).filter(|row| step.acting.acts(*row)).count();
+            step.guards.acting.balance(&state.guards.rows, &mut pull);
+            n_acting += (0..state.guards.guards.len()).filter(|row| step.guards.acting.acts(*row)).count();
             // Where all that moves a hard row is held it pulls without end, and rounds end first.
             let size = pull.iter().fold(1.0, |a: f64, p| a.max(p.abs()));
             if size > 1e9 {

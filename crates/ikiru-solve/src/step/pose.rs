@@ -15,7 +15,7 @@ use crate::layout::{Layout, Mover, PartLayout, Place};
 use crate::problem::Problem;
 use crate::state::State;
 use crate::step::active::{Room, inside, is_blocked};
-use crate::step::forces::{Forces, Held};
+use crate::step::pose_guards::{Held, PoseGuards};
 
 /// Rounds of finding limits that a step would cross, fixing those and solving again.
 const MOST_ROUNDS: usize = 4;
@@ -44,12 +44,13 @@ pub(crate) struct StepSolver {
     /// Damping over `D`, for each degree of freedom.
     inverse: Vec<f64>,
     memory: SystemMemory,
-    /// Rows with a force of their own.
-    pub(crate) forces: Forces,
+    pub(crate) guards: PoseGuards,
     /// Residuals of the base's rows that a corrected step is solved for.
     corrected: Vec<f64>,
     residual: Vec<f64>,
     y: Vec<f64>,
+    /// Memory over guards.
+    along: Vec<f64>,
     /// The step, by the axes of the bases.
     delta: Vec<f64>,
     /// The step as a tangent.
@@ -103,10 +104,11 @@ impl StepSolver {
             open: vec![true; n],
             inverse: vec![1.0; n],
             memory: SystemMemory::new(layout),
-            forces: Forces::new(layout),
+            guards: PoseGuards::new(layout),
             corrected: vec![0.0; if layout.n_force_rows > 0 { m } else { 0 }],
             residual: vec![0.0; m],
             y: vec![0.0; m],
+            along: Vec::with_capacity(layout.n_force_rows),
             delta: vec![0.0; n],
             tangent: vec![0.0; n],
         }
@@ -126,8 +128,8 @@ impl StepSolver {
         if layout.has_own {
             self.own_cost = own_cost(layout, state, problem);
         }
-        if !self.forces.is_empty() {
-            self.forces.begin(layout, state, problem);
+        if !self.guards.is_empty() {
+            self.guards.begin(layout, state, problem);
         }
         if layout.has_cones {
             self.jacobian.copy_from_slice(&state.jacobian);
@@ -155,8 +157,8 @@ impl StepSolver {
         for k in 0..n {
             gradient[k] = self.own_gradient[k] + rows.dot(k, &state.scaled);
         }
-        if !self.forces.is_empty() {
-            self.forces.balance(n, gradient);
+        if !self.guards.is_empty() {
+            self.guards.acting.balance(&self.guards.guards.rows, gradient);
         }
         for k in 0..n {
             let g = gradient[k];
@@ -192,7 +194,7 @@ impl StepSolver {
                 self.jacobian[index(k)] = e;
             }
         }
-        for row in self.forces.jacobian.chunks_exact_mut(layout.n_dofs) {
+        for row in self.guards.guards.rows.jacobian.chunks_exact_mut(layout.n_dofs) {
             turn(&mut row[at..at + 3]);
         }
     }
@@ -213,18 +215,19 @@ impl StepSolver {
         }
     }
 
-    /// The largest squared length of a column, by which damping is measured.
+    /// The largest squared length of a column, by which damping is measured, and how large the forces of guards may be.
     #[inline(always)]
-    pub(crate) fn scale(&self, layout: &Layout, state: &State) -> f64 {
+    pub(crate) fn scale(&mut self, layout: &Layout, state: &State) -> f64 {
         let mut largest = 0.0_f64;
         for (k, span) in layout.spans.iter().enumerate() {
             let column = &state.jacobian[span.start..span.start + span.len];
             largest = largest.max(state.own_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
         }
         if largest == 0.0 {
-            // Nothing but rows with a force: any base will do that is of their size.
+            // Nothing but guards: any base will do that is of their size.
             largest = state.force_jacobian.iter().map(|a| a * a).fold(0.0, f64::max);
         }
+        self.guards.acting.bound_force(largest);
         largest
     }
 
@@ -253,7 +256,7 @@ impl StepSolver {
                 corrected[row] = scale * state.residual[row] - self.y[row];
             }
         }
-        self.forces.aim_from(layout, state, &self.delta);
+        self.guards.aim_from(layout, state, &self.delta);
         let solved = self.solve_for(layout, state, &corrected, damping);
         self.corrected = corrected;
         solved
@@ -291,7 +294,7 @@ impl StepSolver {
                 rows.open(k, inverse[k]);
             }
         }
-        if !self.forces.is_empty() {
+        if !self.guards.is_empty() {
             let mut held = Held {
                 open: &mut self.open,
                 room: &self.room,
@@ -302,7 +305,7 @@ impl StepSolver {
                 y: &mut self.y,
                 delta: &mut self.delta,
             };
-            let solved = self.forces.solve(&mut rows, &mut held);
+            let solved = self.guards.solve(&mut rows, &mut held);
             self.write_tangent(layout);
             return solved;
         }
@@ -396,10 +399,10 @@ impl StepSolver {
                 }
             }
         }
-        if self.forces.is_empty() {
+        if self.guards.is_empty() {
             return (cost, 0.0);
         }
-        let (wishes, violation) = self.forces.predicted(layout, problem, &self.delta);
+        let (wishes, violation) = self.guards.guards.predicted(&self.delta, &mut self.along);
         (cost + wishes, violation)
     }
 }

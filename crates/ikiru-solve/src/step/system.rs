@@ -14,7 +14,7 @@ use crate::algebra::iterative::Iterative;
 use crate::algebra::sample_rows::SampleRows;
 use crate::layout::Layout;
 use crate::state::motion::MotionState;
-use crate::step::forces::hard_compliance;
+use crate::step::acting::hard_compliance;
 
 /// Up to here the step is solved over rows; more would be a matrix too large.
 pub(crate) const MOST_DIRECT_ROWS: usize = 600;
@@ -226,10 +226,12 @@ impl System {
         prepared
     }
 
-    /// Solves what was factored last for residuals of its rows; what is not open keeps its `delta`.
+    /// Solves what was factored last for half the gradient beside its rows and for residuals of these; what is not open keeps its
+    /// `delta`.
     pub(crate) fn solve(
         &mut self,
         state: &MotionState,
+        gradient: &[f64],
         rows: &SampleRows,
         open: &[bool],
         damping: f64,
@@ -240,7 +242,7 @@ impl System {
         let mut y = std::mem::take(&mut self.y);
         // What is held moves its neighbours in time, and its own sample's rows.
         right.clear();
-        right.extend_from_slice(&state.gradient);
+        right.extend_from_slice(gradient);
         y.clear();
         y.extend_from_slice(residual);
         let mut guess = std::mem::take(&mut self.guess);
@@ -507,7 +509,7 @@ mod tests {
             assert!(rows.n_rows() > 0);
             let mut direct = held.clone();
             assert!(system.factor(state, rows, &open, damping));
-            system.solve(state, rows, &open, damping, &rows.residual, &mut direct);
+            system.solve(state, &state.gradient, rows, &open, damping, &rows.residual, &mut direct);
             let length = dot(&wanted, &wanted).sqrt();
             let apart = |step: &[f64]| -> f64 {
                 step.iter().zip(&wanted).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
@@ -516,7 +518,7 @@ mod tests {
             system.most_direct_rows = 0;
             let mut iterative = held.clone();
             assert!(system.factor(state, rows, &open, damping));
-            system.solve(state, rows, &open, damping, &rows.residual, &mut iterative);
+            system.solve(state, &state.gradient, rows, &open, damping, &rows.residual, &mut iterative);
             // Conjugate gradients stop early: what counts is how much of the model's gain they have.
             let model = |step: &[f64]| {
                 let mut product = vec![0.0; size];

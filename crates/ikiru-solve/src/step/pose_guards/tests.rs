@@ -1,4 +1,4 @@
-//! Steps with forces against every way in which limits may hold and rows may act, by plain elimination.
+//! Steps with guards against every way in which limits may hold and rows may act, by plain elimination.
 
 use ikiru_rig::{JointId, retract_joint};
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
@@ -7,6 +7,8 @@ use super::*;
 use crate::algebra::rows::Dense;
 use crate::objectives::Position;
 use crate::state::cases::Inside;
+use crate::state::guards::Guard;
+use crate::words::Sense;
 
 /// Degrees of freedom, and rows of the base.
 const N: usize = 4;
@@ -15,7 +17,7 @@ const DAMPING: f64 = 0.3;
 /// How exactly the conditions of the least value hold.
 const NEAR: f64 = 1e-9;
 
-/// A small problem, and its rows with a force.
+/// A small problem, and its guards.
 struct Case {
     /// The base's Jacobian, degree of freedom by degree of freedom, and its residuals.
     columns: Vec<f64>,
@@ -25,7 +27,7 @@ struct Case {
     own: [f64; N],
     room: [(f64, f64); N],
     free: [bool; N],
-    forces: Forces,
+    guards: PoseGuards,
 }
 
 impl Case {
@@ -34,22 +36,24 @@ impl Case {
         let columns = draw(N * M);
         let (residual, own): ([f64; M], [f64; N]) =
             (draw(M).try_into().unwrap(), draw(N).try_into().unwrap());
-        let mut forces = Forces {
-            jacobian: draw(N * rows.len()),
-            now: draw(rows.len()),
-            force: vec![0.0; rows.len()],
-            most,
+        let mut guards = PoseGuards {
+            acting: Acting::new(rows.len()),
+            compliance: vec![0.0; rows.len()],
             press: vec![0.0; N],
             pressed: vec![0.0; N],
             answers: vec![0.0; N * rows.len()],
             matrix: vec![0.0; rows.len() * rows.len()],
             forces: vec![0.0; rows.len()],
-            ..Forces::default()
+            ..PoseGuards::default()
         };
-        for (sense, weight) in rows {
+        guards.guards.rows = FullRows::new(rows.len(), N);
+        guards.guards.rows.jacobian = draw(N * rows.len());
+        guards.acting.most = most;
+        guards.acting.aim = draw(rows.len());
+        for (row, &(sense, weight)) in rows.iter().enumerate() {
+            guards.guards.guards.push(Guard { sense, weight, is_open: true });
             // Some acted in the step before.
-            let acts = random.below(2) == 0;
-            forces.rows.push(Row { sense: *sense, weight: *weight, is_open: true, acts, ..Row::default() });
+            guards.acting.stances[row] = [Stance::Acts, Stance::Rests][random.below(2)];
         }
         let diagonal = [0; N].map(|_| DAMPING + [0.0, random.between(0.0, 2.0)][random.below(2)]);
         let room = [0; N].map(|_| match random.below(4) {
@@ -60,7 +64,7 @@ impl Case {
         });
         // What a linearization holds at first, rightly or not.
         let free = room.map(|(down, up)| (down != 0.0 && up != 0.0) || random.below(2) == 0);
-        Self { columns, residual, diagonal, own, room, free, forces }
+        Self { columns, residual, diagonal, own, room, free, guards }
     }
 
     /// The step as it is solved for.
@@ -83,7 +87,7 @@ impl Case {
             y: &mut y,
             delta: &mut delta,
         };
-        assert!(self.forces.solve(&mut base, &mut held));
+        assert!(self.guards.solve(&mut base, &mut held));
         delta
     }
 
@@ -101,9 +105,18 @@ impl Case {
         })
     }
 
+    fn entries(&self, row: usize) -> &[f64] {
+        self.guards.guards.rows.entries(row)
+    }
+
+    /// What a guard is at a step.
+    fn then(&self, row: usize, delta: &[f64]) -> f64 {
+        self.guards.acting.aim[row] + self.guards.guards.rows.along(row, delta)
+    }
+
     fn compliance(&self, row: usize) -> f64 {
-        let Row { weight, compliance, .. } = self.forces.rows[row];
-        weight.map_or(compliance, |weight| 1.0 / weight)
+        let weight = self.guards.guards.guards[row].weight;
+        weight.map_or(self.guards.compliance[row], |weight| 1.0 / weight)
     }
 
     /// The step and the forces for one way in which limits hold (0: open, 1: below, 2: above) and rows act (0: not,
@@ -123,17 +136,17 @@ impl Case {
                 system[k][l] = self.gradient(&unit)[k] - base[k];
             }
             for row in 0..n_rows {
-                system[k][N + row] = -self.forces.jacobian[row * N + k];
+                system[k][N + row] = -self.entries(row)[k];
             }
             system[k][size] = -base[k];
         }
         for row in 0..n_rows {
             let equation = &mut system[N + row];
             if acts[row] == 1 {
-                equation[..N].copy_from_slice(&self.forces.jacobian[row * N..(row + 1) * N]);
-                (equation[N + row], equation[size]) = (self.compliance(row), -self.forces.now[row]);
+                equation[..N].copy_from_slice(self.entries(row));
+                (equation[N + row], equation[size]) = (self.compliance(row), -self.guards.acting.aim[row]);
             } else {
-                let force = [0.0, 0.0, self.forces.most, -self.forces.most][acts[row]];
+                let force = [0.0, 0.0, self.guards.acting.most, -self.guards.acting.most][acts[row]];
                 (equation[N + row], equation[size]) = (1.0, force);
             }
         }
@@ -142,8 +155,7 @@ impl Case {
         let gradient = self.gradient(&delta);
         for k in 0..N {
             let forces = x[N..].iter().enumerate();
-            let pull =
-                gradient[k] - forces.map(|(row, f)| f * self.forces.jacobian[row * N + k]).sum::<f64>();
+            let pull = gradient[k] - forces.map(|(row, f)| f * self.entries(row)[k]).sum::<f64>();
             let is_right = match holds[k] {
                 0 => (self.room[k].0 - NEAR..=self.room[k].1 + NEAR).contains(&delta[k]),
                 1 => pull >= -NEAR,
@@ -154,9 +166,9 @@ impl Case {
             }
         }
         for row in 0..n_rows {
-            let then = self.forces.now[row] + self.forces.along(row, &delta);
-            let Row { sense, weight, .. } = self.forces.rows[row];
-            let most = if weight.is_none() { self.forces.most } else { f64::INFINITY };
+            let then = self.then(row, &delta);
+            let Guard { sense, weight, .. } = self.guards.guards.guards[row];
+            let most = if weight.is_none() { self.guards.acting.most } else { f64::INFINITY };
             let is_right = match acts[row] {
                 0 => then >= -NEAR,
                 1 => x[N + row].abs() <= most && (sense == Sense::Equal || x[N + row] >= -NEAR),
@@ -172,9 +184,10 @@ impl Case {
 
     /// The step of least value, by looking at every way.
     fn enumerate(&self) -> ([f64; N], Vec<f64>) {
-        let n_rows = self.forces.rows.len();
-        let ways = |row: &Row| -> &[usize] {
-            match (row.sense, row.weight, self.forces.most.is_finite()) {
+        let n_rows = self.guards.compliance.len();
+        let ways = |row: usize| -> &[usize] {
+            let row = &self.guards.guards.guards[row];
+            match (row.sense, row.weight, self.guards.acting.most.is_finite()) {
                 (Sense::Equal, None, true) => &[1, 2, 3],
                 (Sense::Equal, ..) => &[1],
                 (Sense::AtLeast, None, true) => &[0, 1, 2],
@@ -186,7 +199,7 @@ impl Case {
             let digit = |i: usize| code / 3_usize.pow(i as u32) % 3;
             let holds: [usize; N] = std::array::from_fn(digit);
             let bound = |k: usize| [0.0, self.room[k].0, self.room[k].1][holds[k]];
-            let options = (0..n_rows).map(|row| ways(&self.forces.rows[row]).get(digit(N + row)));
+            let options = (0..n_rows).map(|row| ways(row).get(digit(N + row)));
             let Some(chosen) = options.collect::<Option<Vec<_>>>() else { continue };
             if (0..N).any(|k| bound(k).is_infinite()) {
                 continue;
@@ -243,14 +256,14 @@ fn a_step_with_forces_is_the_least_of_all_ways_to_hold_and_act() {
         let mut case = Case::new(&mut random, &rows, most);
         let delta = case.solve();
         // Rows that never acted have any small compliance.
-        case.forces.rows.iter_mut().for_each(|row| row.compliance = row.compliance.max(1e-12));
+        case.guards.compliance.iter_mut().for_each(|compliance| *compliance = compliance.max(1e-12));
         let (wanted, forces) = case.enumerate();
         for k in 0..N {
             assert!((delta[k] - wanted[k]).abs() < 1e-6, "case {number}: {delta:?}, {wanted:?}");
             n_held += usize::from(delta[k] == case.room[k].0 || delta[k] == case.room[k].1);
         }
         for (row, wanted) in forces.into_iter().enumerate() {
-            let found = case.forces.force[row];
+            let found = case.guards.acting.force[row];
             // Where all that moves a row is held it pulls without end, or nearly.
             let is_near = (found - wanted).abs() < 1e-5 * (1.0 + wanted.abs());
             assert!(is_near || found.abs().min(wanted.abs()) > 1e6, "case {number}: {found} {wanted}");
@@ -270,12 +283,12 @@ fn a_wish_yields_as_its_weight_says_and_a_hard_row_does_not() {
         let mut case = Case::new(&mut random, &[(Sense::Equal, Some(weight))], f64::INFINITY);
         (case.room, case.free) = ([(f64::NEG_INFINITY, f64::INFINITY); N], [true; N]);
         let delta = case.solve();
-        let (force, then) = (case.forces.force[0], case.forces.now[0] + case.forces.along(0, &delta));
+        let (force, then) = (case.guards.acting.force[0], case.then(0, &delta));
         // `c + a δ + f / w = 0`: its force is its weight times what it misses.
         assert!((force + weight * then).abs() < 1e-6 * force.abs().max(1.0), "{weight}: {force} {then}");
-        case.forces.rows[0].weight = None;
+        case.guards.guards.guards[0].weight = None;
         let delta = case.solve();
-        assert!((case.forces.now[0] + case.forces.along(0, &delta)).abs() < 1e-8);
+        assert!(case.then(0, &delta).abs() < 1e-8);
     }
 }
 
@@ -284,8 +297,8 @@ fn contradictory(wanted: [f64; 3], most: f64) -> Case {
     let mut case = Case::new(&mut Random::new(3), &[(Sense::Equal, None); 3], most);
     (case.columns, case.own) = (vec![0.0; N * M], [0.0; N]);
     (case.room, case.free) = ([(f64::NEG_INFINITY, f64::INFINITY); N], [true; N]);
-    case.forces.jacobian = [1.0, 0.0, 0.0, 0.0].repeat(3);
-    case.forces.now = wanted.map(|place| -place).to_vec();
+    case.guards.guards.rows.jacobian = [1.0, 0.0, 0.0, 0.0].repeat(3);
+    case.guards.acting.aim = wanted.map(|place| -place).to_vec();
     case
 }
 
@@ -309,11 +322,11 @@ fn rows_that_nothing_answers_have_no_say() {
     for number in 0..50 {
         let mut case = Case::new(&mut random, &[(Sense::AtLeast, None), (Sense::Equal, None)], 1e4);
         let alone = {
-            let mut alone = Case { forces: case.forces.clone(), columns: case.columns.clone(), ..case };
-            alone.forces.rows[1].is_open = false;
+            let mut alone = Case { guards: case.guards.clone(), columns: case.columns.clone(), ..case };
+            alone.guards.guards.guards[1].is_open = false;
             alone.solve()
         };
-        case.forces.jacobian[N..].fill(0.0);
+        case.guards.guards.rows.jacobian[N..].fill(0.0);
         assert_eq!(case.solve(), alone, "case {number}");
     }
 }
@@ -342,9 +355,9 @@ fn what_is_taken_over_of_a_state_foretells_what_short_steps_lead_to() {
         assert!(state.load(&layout, &random_pose(problem.rig(), &mut random)));
         state.evaluate(&layout, &problem);
         state.linearize(&layout, &problem, false);
-        let mut forces = Forces::new(&layout);
-        forces.force.fill(1.0);
-        forces.begin(&layout, &state, &problem);
+        let mut guards = PoseGuards::new(&layout);
+        guards.acting.force.fill(1.0);
+        guards.begin(&layout, &state, &problem);
         let wanted_of = |state: &State| {
             let mut residuals = vec![0.0; layout.n_force_rows];
             let (mut is_open, mut wishes) = (vec![false; layout.n_force_rows], 0.0);
@@ -363,14 +376,12 @@ fn what_is_taken_over_of_a_state_foretells_what_short_steps_lead_to() {
             (residuals, is_open, wishes)
         };
         let (before, is_open, _) = wanted_of(&state);
-        for (row, data) in forces.rows.iter().enumerate() {
-            assert_eq!(
-                (data.residual, data.is_open),
-                (before[row], is_open[row]),
-                "case {number}, row {row}"
-            );
+        assert_eq!(guards.guards.guards.len(), layout.n_force_rows);
+        for (row, data) in guards.guards.guards.iter().enumerate() {
+            let residual = guards.guards.rows.residual[row];
+            assert_eq!((residual, data.is_open), (before[row], is_open[row]), "case {number}, row {row}");
             // What is closed has no force.
-            assert_eq!(forces.force[row], f64::from(u8::from(is_open[row])));
+            assert_eq!(guards.acting.force[row], f64::from(u8::from(is_open[row])));
             n_closed += usize::from(!is_open[row]);
         }
         let short = 1e-5;
@@ -380,16 +391,16 @@ fn what_is_taken_over_of_a_state_foretells_what_short_steps_lead_to() {
             retract_joint(&m.motion, coords, &delta[m.dof..m.dof + m.n_dofs]);
         }
         state.evaluate(&layout, &problem);
-        let (cost, violation) = forces.predicted(&layout, &problem, &delta);
+        let (cost, violation) = guards.guards.predicted(&delta, &mut Vec::new());
         let (_, _, wishes) = wanted_of(&state);
         assert!((violation - state.violation).abs() < 1e-3 * short, "case {number}: {violation}");
         assert!((cost - wishes).abs() < 1e-3 * short, "case {number}: {cost} {wishes}");
         n_violated += usize::from(violation > 0.0);
         n_wished += usize::from(cost > 0.0);
         // Aimed from there, the step is from where the model begins.
-        forces.aim_from(&layout, &state, &delta);
+        guards.aim_from(&layout, &state, &delta);
         for row in (0..before.len()).filter(|row| is_open[*row]) {
-            assert!((forces.now[row] - before[row]).abs() < 1e-3 * short, "case {number}, row {row}");
+            assert!((guards.acting.aim[row] - before[row]).abs() < 1e-3 * short, "case {number}, row {row}");
         }
     }
     assert!([n_violated, n_wished, n_closed].iter().all(|n| *n > 10), "{n_violated} {n_wished} {n_closed}");
