@@ -65,9 +65,9 @@ impl SampleRows {
                 }
             }
         }
-        // Rows with a force have an entry for every degree of freedom.
+        // Guards have an entry for every degree of freedom.
         let all = Run { back: 0, dofs: 0..layout.n_dofs };
-        support.extend((0..layout.n_force_rows).map(|_| vec![all.clone()]));
+        support.extend((0..layout.n_guards).map(|_| vec![all.clone()]));
         for t in layout.terms.iter().filter(|t| t.n_earlier > 0) {
             for part in &layout.parts[t.parts.clone()] {
                 for runs in support.iter_mut().skip(part.row).take(part.n_rows) {

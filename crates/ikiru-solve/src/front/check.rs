@@ -252,7 +252,7 @@ mod tests {
                     let square: f64 = of_joint.map(|row| state.residual[part.row + row].powi(2)).sum();
                     (square * t.joint_reads.len() as f64).sqrt()
                 }
-                Place::Step | Place::Force { .. } => {
+                Place::Step | Place::Guard { .. } => {
                     let rows = &state.residual[part.row..part.row + part.n_rows];
                     rows.iter().map(|r| r * r).sum::<f64>().sqrt()
                 }

@@ -156,7 +156,7 @@ impl Evaluation {
             return Err(invalid_term(layout, state));
         }
         self.cost = cost;
-        self.violation = if layout.n_force_rows > 0 { state.violation } else { 0.0 };
+        self.violation = if layout.n_guards > 0 { state.violation } else { 0.0 };
         Ok(())
     }
 

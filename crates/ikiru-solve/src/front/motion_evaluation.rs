@@ -125,7 +125,7 @@ impl MotionEvaluation {
                     for row in 0..part.n_rows {
                         let source = match part.place {
                             Place::Step => Source::Step(of_step + row, sample.weights[idx].sqrt()),
-                            Place::Force { .. } => Source::Force(of_force + row),
+                            Place::Guard { .. } => Source::Force(of_force + row),
                             Place::Own { .. } => Source::Own { sample: i, term, part: idx, row },
                         };
                         if row < sample.n_open[idx] {
@@ -144,7 +144,7 @@ impl MotionEvaluation {
                     }
                     match part.place {
                         Place::Step => of_step += part.n_rows,
-                        Place::Force { .. } => of_force += part.n_rows,
+                        Place::Guard { .. } => of_force += part.n_rows,
                         Place::Own { .. } => {}
                     }
                 }

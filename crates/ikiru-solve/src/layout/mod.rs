@@ -92,9 +92,9 @@ pub(crate) struct Layout {
     pub(crate) n_coords: usize,
     pub(crate) n_dofs: usize,
     pub(crate) n_screws: usize,
-    /// Rows of the step; then come those with a force, then the separable ones.
+    /// Rows of the step; then come the guards, then the separable ones.
     pub(crate) n_rows: usize,
-    pub(crate) n_force_rows: usize,
+    pub(crate) n_guards: usize,
     pub(crate) n_own_rows: usize,
     /// How many entries there are in the derivatives of all terms by what they read.
     pub(crate) n_by_frame: usize,
@@ -304,8 +304,8 @@ impl Layout {
             let mut slot = 0;
             for part in &reads.parts {
                 let place = if *is_hard || part.sense == Sense::AtLeast {
-                    self.n_force_rows += part.most_rows;
-                    Place::Force { first: self.n_force_rows - part.most_rows }
+                    self.n_guards += part.most_rows;
+                    Place::Guard { first: self.n_guards - part.most_rows }
                 } else if part.is_separable {
                     self.n_own_rows += part.most_rows;
                     Place::Own { first: self.n_own_rows - part.most_rows }
@@ -405,27 +405,27 @@ impl Layout {
             self.spans.push(Span { first: if len == 0 { 0 } else { first }, len, start: self.n_jacobian });
             self.n_jacobian += len;
         }
-        let (forces, own) = (self.n_rows, self.n_rows + self.n_force_rows);
+        let (guards, own) = (self.n_rows, self.n_rows + self.n_guards);
         for part in &mut self.parts {
             match part.place {
                 Place::Step => {}
-                Place::Force { first } => part.row = forces + first,
+                Place::Guard { first } => part.row = guards + first,
                 Place::Own { first } => part.row = own + first,
             }
         }
         for t in &mut self.terms {
             for part in &self.parts[t.parts.clone()] {
-                let (first, has_force) = match part.place {
+                let (first, is_guard) = match part.place {
                     Place::Step => (part.row, false),
-                    Place::Force { first } => (first, true),
+                    Place::Guard { first } => (first, true),
                     Place::Own { .. } => continue,
                 };
                 let end = part.slot + part.n_rows;
                 match t.runs.last_mut() {
-                    Some(run) if run.slots.end == part.slot && run.has_force == has_force => {
+                    Some(run) if run.slots.end == part.slot && run.is_guard == is_guard => {
                         run.slots.end = end;
                     }
-                    _ => t.runs.push(Run { slots: part.slot..end, first, has_force }),
+                    _ => t.runs.push(Run { slots: part.slot..end, first, is_guard }),
                 }
             }
         }
@@ -438,7 +438,7 @@ impl Layout {
 
     /// How many rows there are of any kind.
     pub(crate) fn n_all_rows(&self) -> usize {
-        self.n_rows + self.n_force_rows + self.n_own_rows
+        self.n_rows + self.n_guards + self.n_own_rows
     }
 
     /// Whether a degree of freedom moves a node.

@@ -33,7 +33,7 @@ pub(crate) trait Model {
     /// The squares of what they miss, summed up.
     fn hard_square(&self) -> f64;
 
-    /// Whether there may be rows with a force of their own: what is hard, and what wants to be at least something.
+    /// Whether there may be guards: what is hard, and what wants to be at least something.
     fn may_have_forces(&self) -> bool;
 
     /// Whether an objective gave up.
@@ -65,7 +65,7 @@ pub(crate) trait Model {
     /// neither limits nor the forces of the step before hold up.
     fn begin(&mut self) -> f64;
 
-    /// Whether rows with a force are there, as of the last linearization.
+    /// Whether guards are there, as of the last linearization.
     fn has_forces(&self) -> bool;
 
     /// The largest curvature along one tangent, by which damping is measured; steps take it over.

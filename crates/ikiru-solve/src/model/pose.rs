@@ -47,7 +47,7 @@ impl Model for PoseModel<'_> {
 
     #[inline(always)]
     fn may_have_forces(&self) -> bool {
-        self.layout.n_force_rows > 0
+        self.layout.n_guards > 0
     }
 
     #[inline(always)]

@@ -108,7 +108,7 @@ impl Model for Trajectory<'_> {
     }
 
     fn may_have_forces(&self) -> bool {
-        self.layout.n_force_rows > 0
+        self.layout.n_guards > 0
     }
 
     fn has_failed(&self) -> bool {

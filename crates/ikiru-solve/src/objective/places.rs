@@ -24,8 +24,8 @@ pub(crate) struct JointRead {
 pub(crate) enum Place {
     /// In the rows that the step is solved over: wishes.
     Step,
-    /// In the rows with a sense and a force of their own: what is hard, and what wants to be at least something.
-    Force {
+    /// Among the guards, which have a sense and a force of their own: what is hard, and what wants to be at least something.
+    Guard {
         /// The first one among those.
         first: usize,
     },
@@ -53,9 +53,9 @@ pub(crate) struct PartLayout {
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     pub(crate) slots: Range<usize>,
-    /// The first row: of the step's, or of those with a force.
+    /// The first row: of the step's, or of the guards.
     pub(crate) first: usize,
-    pub(crate) has_force: bool,
+    pub(crate) is_guard: bool,
 }
 
 /// Where a term's rows, frames and parts lie.

@@ -125,7 +125,7 @@ pub(crate) fn case(number: u64, rates: bool) -> Case {
 }
 
 /// A case by number with hard terms, bounds of which some count and some are closed, and a potential.
-pub(crate) fn case_with_forces(number: u64) -> Case {
+pub(crate) fn case_with_guards(number: u64) -> Case {
     case_with(number, false, |motion, random| {
         let joints: Vec<JointId> = motion.terms().rig().ids().collect();
         let joint = |random: &mut Random| joints[random.below(joints.len())];

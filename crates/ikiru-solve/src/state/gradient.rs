@@ -11,18 +11,18 @@ pub(crate) fn whole_gradient(layout: &Layout, state: &State, hard: f64, gradient
         let sum = column.iter().zip(rows).map(|(a, b)| a * b).sum::<f64>();
         gradient[k] = 2.0 * (state.own_gradient[k] + sum);
     }
-    if layout.n_force_rows == 0 {
+    if layout.n_guards == 0 {
         return;
     }
     for t in &layout.terms {
         for idx in t.parts.clone() {
             let part = &layout.parts[idx];
-            let Place::Force { first } = part.place else { continue };
+            let Place::Guard { first } = part.place else { continue };
             let weight = if t.is_hard { hard } else { state.weights[idx] };
             for row in 0..part.n_rows {
                 let pull = 2.0 * weight * part.sense.missing(state.residual[part.row + row]);
                 if pull != 0.0 {
-                    let entries = &state.force_jacobian[(first + row) * layout.n_dofs..][..layout.n_dofs];
+                    let entries = &state.guard_jacobian[(first + row) * layout.n_dofs..][..layout.n_dofs];
                     gradient.iter_mut().zip(entries).for_each(|(g, a)| *g += pull * a);
                 }
             }

@@ -93,8 +93,8 @@ impl<D: Derivatives> Guards<D> {
 impl Guards<FullRows> {
     /// Those of a pose, in the order of the layout, also of terms that are off.
     pub(crate) fn of_pose(layout: &Layout) -> Self {
-        let n_guards = layout.n_force_rows;
-        let has_guards = |part: &&PartLayout| matches!(part.place, Place::Force { .. });
+        let n_guards = layout.n_guards;
+        let has_guards = |part: &&PartLayout| matches!(part.place, Place::Guard { .. });
         Self {
             rows: FullRows::new(n_guards, layout.n_dofs),
             parts: Vec::with_capacity(layout.parts.iter().filter(has_guards).count()),
@@ -109,14 +109,14 @@ impl Guards<FullRows> {
         for t in &layout.terms {
             for idx in t.parts.clone() {
                 let part = &layout.parts[idx];
-                if let Place::Force { first } = part.place {
+                if let Place::Guard { first } = part.place {
                     debug_assert_eq!(first, self.guards.len(), "parts come in the order of their guards");
                     self.push_part(state, part, idx, t, terms.term(t.term));
                 }
             }
         }
         self.rows.residual.copy_from_slice(state.guard_residual(layout));
-        self.rows.jacobian.copy_from_slice(&state.force_jacobian);
+        self.rows.jacobian.copy_from_slice(&state.guard_jacobian);
     }
 }
 
@@ -143,12 +143,12 @@ impl Guards<SampleRows> {
         idx: usize,
     ) {
         let part = &layout.parts[idx];
-        let PartLayout { n_rows, row, place: Place::Force { first }, .. } = *part else { return };
+        let PartLayout { n_rows, row, place: Place::Guard { first }, .. } = *part else { return };
         self.push_part(sample, part, idx, t, term);
         for i in 0..n_rows {
             let entry = |back: usize, k: usize| {
                 let state = if back == 0 { sample } else { &earlier[back - 1] };
-                state.force_jacobian[(first + i) * layout.n_dofs + k]
+                state.guard_jacobian[(first + i) * layout.n_dofs + k]
             };
             self.rows.push(row + i, sample.residual[row + i], entry);
         }
@@ -158,14 +158,14 @@ impl Guards<SampleRows> {
 #[cfg(test)]
 mod tests {
     use crate::problem::Terms;
-    use crate::state::cases::case_with_forces;
+    use crate::state::cases::case_with_guards;
     use crate::words::Sense;
 
     #[test]
     fn rows_with_a_force_are_what_terms_miss_and_closed_ones_want_nothing() {
         let (mut n_hard, mut n_wished, mut n_closed, mut n_missed) = (0, 0, 0, 0);
         for number in 0..30 {
-            let mut case = case_with_forces(number);
+            let mut case = case_with_guards(number);
             let (layout, motion) = (&case.layout, &case.motion);
             case.state.evaluate(layout, motion);
             case.state.linearize(layout, motion);
@@ -176,7 +176,7 @@ mod tests {
                 for t in layout.terms.iter().filter(|t| terms.is_on(t.term)) {
                     for idx in t.parts.clone() {
                         let part = &layout.parts[idx];
-                        if !matches!(part.place, crate::layout::Place::Force { .. }) {
+                        if !matches!(part.place, crate::layout::Place::Guard { .. }) {
                             continue;
                         }
                         let mut square = 0.0;

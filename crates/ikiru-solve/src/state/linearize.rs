@@ -14,8 +14,8 @@ impl State {
     /// of their weight `λ · ρ'` (by 1 where `plain`).
     pub(crate) fn linearize(&mut self, layout: &Layout, terms: &impl Terms, plain: bool) {
         self.jacobian.fill(0.0);
-        if layout.n_force_rows > 0 {
-            self.force_jacobian.fill(0.0);
+        if layout.n_guards > 0 {
+            self.guard_jacobian.fill(0.0);
         }
         if layout.has_own {
             self.own_gradient.fill(0.0);
@@ -54,21 +54,21 @@ impl State {
             let part = &layout.parts[idx];
             match part.place {
                 Place::Step => self.scale_rows(t, part, self.weights[idx].sqrt()),
-                Place::Force { .. } => {}
+                Place::Guard { .. } => {}
                 Place::Own { first } => {
                     self.add_own(t, part, first..first + self.n_open[idx], self.weights[idx]);
                 }
             }
         }
         for run in &t.runs {
-            match (t.sums_up, run.has_force) {
+            match (t.sums_up, run.is_guard) {
                 (false, false) => {
                     let tree = Tree { layout, frames: &self.frames, directions: &self.directions };
                     walk_up::<false>(&tree, t, run, 0, &self.memory.by_frame, &mut self.jacobian);
                 }
                 (false, true) => {
                     let tree = Tree { layout, frames: &self.frames, directions: &self.directions };
-                    walk_up::<true>(&tree, t, run, 0, &self.memory.by_frame, &mut self.force_jacobian);
+                    walk_up::<true>(&tree, t, run, 0, &self.memory.by_frame, &mut self.guard_jacobian);
                 }
                 (true, false) => self.sum_up::<false>(layout, t, run),
                 (true, true) => self.sum_up::<true>(layout, t, run),
@@ -88,12 +88,12 @@ impl State {
         back: usize,
     ) {
         self.jacobian.fill(0.0);
-        self.force_jacobian.fill(0.0);
+        self.guard_jacobian.fill(0.0);
         let tree = Tree { layout, frames: &self.frames, directions: &self.directions };
         for t in layout.terms.iter().filter(|t| t.n_earlier >= back && terms.is_on(t.term)) {
             for run in &t.runs {
-                if run.has_force {
-                    walk_up::<true>(&tree, t, run, back, &linearized.by_frame, &mut self.force_jacobian);
+                if run.is_guard {
+                    walk_up::<true>(&tree, t, run, back, &linearized.by_frame, &mut self.guard_jacobian);
                 } else {
                     walk_up::<false>(&tree, t, run, back, &linearized.by_frame, &mut self.jacobian);
                 }
@@ -123,7 +123,7 @@ impl State {
 
     /// The same for many frames at once: forces and moments about the world's origin are summed up from the leaves to
     /// the root, so that each joint is passed once.
-    fn sum_up<const FORCE: bool>(&mut self, layout: &Layout, t: &TermLayout, run: &Run) {
+    fn sum_up<const GUARD: bool>(&mut self, layout: &Layout, t: &TermLayout, run: &Run) {
         let n = run.slots.len();
         let wrenches = &mut self.wrenches[..layout.nodes.len() * n];
         wrenches.fill([Vec3::zero(); 2]);
@@ -137,7 +137,7 @@ impl State {
                 *moment = *moment + p.cross(f) + Vec3::new(r[3], r[4], r[5]);
             }
         }
-        let jacobian = if FORCE { &mut self.force_jacobian } else { &mut self.jacobian };
+        let jacobian = if GUARD { &mut self.guard_jacobian } else { &mut self.jacobian };
         for (idx, node) in layout.nodes.iter().enumerate().rev() {
             let (above, own) = wrenches.split_at_mut(idx * n);
             let own = &own[..n];
@@ -145,7 +145,7 @@ impl State {
                 let directions = &self.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
                 let origin = self.frames[idx].origin;
                 let n_translations = node.motion.n_translations();
-                let Entries { first: mut at, by_row, by_dof, factor } = entries::<FORCE>(layout, run, node);
+                let Entries { first: mut at, by_row, by_dof, factor } = entries::<GUARD>(layout, run, node);
                 for [force, moment] in own {
                     let moment = *moment - origin.cross(*force);
                     for (k, direction) in directions.iter().enumerate() {
@@ -170,8 +170,8 @@ impl State {
             for (row, slot) in run.slots.clone().enumerate() {
                 let at = t.by_motion.start + slot * t.n_motion_dofs + read.at;
                 for (k, entry) in self.memory.by_motion[at..at + read.n_dofs].iter().enumerate() {
-                    if run.has_force {
-                        self.force_jacobian[(run.first + row) * layout.n_dofs + dof + k] += entry;
+                    if run.is_guard {
+                        self.guard_jacobian[(run.first + row) * layout.n_dofs + dof + k] += entry;
                     } else {
                         let span = layout.spans[dof + k];
                         self.jacobian[span.start + run.first + row - span.first] += entry;
@@ -247,7 +247,7 @@ impl State {
                 let inside = (span.first..span.first + span.len).contains(&row);
                 if inside { self.jacobian[span.start + row - span.first] } else { 0.0 }
             }
-            Place::Force { first } => self.force_jacobian[(first + row) * layout.n_dofs + dof],
+            Place::Guard { first } => self.guard_jacobian[(first + row) * layout.n_dofs + dof],
             Place::Own { first } => {
                 let read = &t.joint_reads[self.memory.own_motion[first + row]];
                 let at = read.dof.and_then(|first| dof.checked_sub(first)).filter(|k| *k < read.n_dofs);
@@ -275,7 +275,7 @@ struct Tree<'a> {
 /// The shared walk: for a rotation about axis a through o, a frame at p moves by a × (p − o) and turns by a. With
 /// rows (f, m) by velocity and turn, a's entry is a · ((p − o) × f + m).
 #[inline(always)]
-fn walk_up<const FORCE: bool>(
+fn walk_up<const GUARD: bool>(
     tree: &Tree<'_>,
     t: &TermLayout,
     run: &Run,
@@ -294,14 +294,14 @@ fn walk_up<const FORCE: bool>(
                 let directions = &tree.directions[node.screw as usize..(node.screw + node.n_screws) as usize];
                 let arm = p - tree.frames[at as usize].origin;
                 let n_translations = node.motion.n_translations();
-                let mut place = entries::<FORCE>(tree.layout, run, node);
+                let mut place = entries::<GUARD>(tree.layout, run, node);
                 let (threes, rest) = rows.as_chunks::<18>();
                 for rows in threes {
-                    add_rows::<3, FORCE>(rows, arm, directions, n_translations, &mut place, jacobian);
+                    add_rows::<3, GUARD>(rows, arm, directions, n_translations, &mut place, jacobian);
                 }
                 match rest.len() / 6 {
-                    2 => add_rows::<2, FORCE>(rest, arm, directions, n_translations, &mut place, jacobian),
-                    1 => add_rows::<1, FORCE>(rest, arm, directions, n_translations, &mut place, jacobian),
+                    2 => add_rows::<2, GUARD>(rest, arm, directions, n_translations, &mut place, jacobian),
+                    1 => add_rows::<1, GUARD>(rest, arm, directions, n_translations, &mut place, jacobian),
                     _ => {}
                 }
             }
@@ -322,7 +322,7 @@ struct Entries {
 
 /// Adds the entries of the next `N` rows by the degrees of freedom of one node, `arm` away from the frame that is read.
 #[inline(always)]
-fn add_rows<const N: usize, const FORCE: bool>(
+fn add_rows<const N: usize, const GUARD: bool>(
     rows: &[f64],
     arm: Vec3<f64>,
     directions: &[Vec3<f64>],
@@ -338,7 +338,7 @@ fn add_rows<const N: usize, const FORCE: bool>(
     for (k, direction) in directions.iter().enumerate() {
         let wrenches = if k < n_translations { &forces } else { &moments };
         let column = &mut jacobian[entries.first + k * entries.by_dof..];
-        if FORCE {
+        if GUARD {
             for i in 0..N {
                 column[i * entries.by_row] += entries.factor * direction.dot(wrenches[i]);
             }
@@ -353,9 +353,9 @@ fn add_rows<const N: usize, const FORCE: bool>(
 
 /// Where the entries of a run and a node begin.
 #[inline(always)]
-fn entries<const FORCE: bool>(layout: &Layout, run: &Run, node: &Node) -> Entries {
+fn entries<const GUARD: bool>(layout: &Layout, run: &Run, node: &Node) -> Entries {
     let dof = node.dof as usize;
-    let (first, by_row, by_dof) = if FORCE {
+    let (first, by_row, by_dof) = if GUARD {
         (run.first * layout.n_dofs + dof, layout.n_dofs, 1)
     } else {
         let span = layout.spans[dof];

@@ -46,7 +46,7 @@ pub(crate) struct State {
     frames: Vec<Frame<f64>>,
     /// World axis of each direction of each node.
     directions: Vec<Vec3<f64>>,
-    /// Residuals as the objectives gave them: rows of the step, rows with a force, separable rows.
+    /// Residuals as the objectives gave them: rows of the step, guards, separable rows.
     pub(crate) residual: Vec<f64>,
     /// Squared length of what each part misses.
     pub(crate) squares: Vec<f64>,
@@ -60,8 +60,8 @@ pub(crate) struct State {
     pub(crate) scaled: Vec<f64>,
     /// The derivative of the step's rows in `scaled` by the degrees of freedom, as [`Layout::spans`] says.
     pub(crate) jacobian: Vec<f64>,
-    /// The derivative of rows with a force by the degrees of freedom, row by row.
-    pub(crate) force_jacobian: Vec<f64>,
+    /// The derivative of guards by the degrees of freedom, row by row.
+    pub(crate) guard_jacobian: Vec<f64>,
     /// Half the gradient and the curvature of separable rows and potentials.
     pub(crate) own_gradient: Vec<f64>,
     pub(crate) own_curvature: Vec<f64>,
@@ -102,7 +102,7 @@ impl State {
             weights: vec![0.0; layout.parts.len()],
             scaled: vec![0.0; layout.n_rows],
             jacobian: vec![0.0; layout.n_jacobian],
-            force_jacobian: vec![0.0; layout.n_force_rows * layout.n_dofs],
+            guard_jacobian: vec![0.0; layout.n_guards * layout.n_dofs],
             own_gradient: vec![0.0; layout.n_dofs],
             own_curvature: vec![0.0; layout.n_dofs],
             values: vec![0.0; layout.terms.len()],
@@ -300,7 +300,7 @@ impl State {
                 cost += term.weight * self.values[t.term];
             }
         }
-        if layout.n_force_rows > 0 {
+        if layout.n_guards > 0 {
             self.violation = if violation.is_nan() { f64::INFINITY } else { violation };
         }
         if self.constants == Constants::Unknown {
@@ -313,7 +313,7 @@ impl State {
     /// The residuals of guards, in the order of the layout, as of the last evaluation.
     #[inline(always)]
     pub(crate) fn guard_residual(&self, layout: &Layout) -> &[f64] {
-        &self.residual[layout.n_rows..layout.n_rows + layout.n_force_rows]
+        &self.residual[layout.n_rows..layout.n_rows + layout.n_guards]
     }
 
     /// By how much the rows of a hard term are missed, summed up.

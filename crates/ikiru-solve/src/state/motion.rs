@@ -215,7 +215,7 @@ impl MotionState {
                 sample.evaluate(layout, &terms)
             };
             self.failure = self.failure.or(sample.memory.failure.take());
-            if layout.n_force_rows > 0 {
+            if layout.n_guards > 0 {
                 self.violation += sample.violation;
                 self.hard_square += sample.hard_square(layout, &terms);
             }
@@ -294,7 +294,7 @@ impl MotionState {
                 let PartLayout { n_rows, row, place, .. } = layout.parts[part];
                 match place {
                     Place::Step => {}
-                    Place::Force { .. } => {
+                    Place::Guard { .. } => {
                         let data = terms.term(term.term);
                         self.guards.push(layout, sample, &self.earlier, term, data, part);
                         continue;
@@ -325,8 +325,8 @@ impl MotionState {
         }
     }
 
-    /// The residuals as they were evaluated last, scaled as the rows of the last linearization are, and those of rows
-    /// with a force as they are.
+    /// The residuals as they were evaluated last, scaled as the rows of the last linearization are, and those of guards
+    /// as they are.
     pub(crate) fn scaled_residuals(
         &self,
         layout: &Layout,
@@ -343,7 +343,7 @@ impl MotionState {
                     let rows = &sample.residual[part.row..part.row + part.n_rows];
                     match part.place {
                         Place::Own { .. } => {}
-                        Place::Force { .. } => guards.extend_from_slice(rows),
+                        Place::Guard { .. } => guards.extend_from_slice(rows),
                         Place::Step => {
                             let scale = self.rows.parts[part_idx].weight.sqrt();
                             residual.extend(rows.iter().map(|r| r * scale));
@@ -480,7 +480,7 @@ fn unmet_at(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::state::cases::{case, case_with_forces};
+    use crate::state::cases::{case, case_with_guards};
 
     #[test]
     fn the_gradient_of_the_whole_motion_is_that_of_its_cost() {
@@ -554,7 +554,7 @@ mod tests {
     #[test]
     fn rows_with_a_force_are_what_residuals_change_by() {
         for number in 0..20 {
-            let mut case = case_with_forces(number);
+            let mut case = case_with_guards(number);
             let (layout, motion) = (&case.layout, &case.motion);
             case.state.evaluate(layout, motion);
             case.state.linearize(layout, motion);
@@ -590,7 +590,7 @@ mod tests {
     #[test]
     fn samples_with_rows_have_a_block_of_them_each_and_others_none() {
         for number in 0..20 {
-            let mut case = case_with_forces(number);
+            let mut case = case_with_guards(number);
             case.state.evaluate(&case.layout, &case.motion);
             case.state.linearize(&case.layout, &case.motion);
             for rows in [&case.state.rows, &case.state.guards.rows] {

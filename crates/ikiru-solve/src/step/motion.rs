@@ -361,7 +361,7 @@ fn room(layout: &Layout, state: &MotionState, t: usize, k: usize) -> Room {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::state::cases::{case, case_with_forces};
+    use crate::state::cases::{case, case_with_guards};
 
     #[test]
     fn a_step_stays_inside_all_limits_and_falls() {
@@ -446,7 +446,7 @@ mod tests {
     #[test]
     fn a_step_of_nothing_promises_the_cost_that_there_is() {
         for number in 0..30 {
-            let mut case = case_with_forces(number);
+            let mut case = case_with_guards(number);
             let cost = case.state.evaluate(&case.layout, &case.motion);
             case.state.linearize(&case.layout, &case.motion);
             let mut step = MotionStep::new(&case.layout);
@@ -492,10 +492,10 @@ mod tests {
     }
 
     #[test]
-    fn with_forces_ranges_hold_only_what_pushes_against_them() {
+    fn with_guards_ranges_hold_only_what_pushes_against_them() {
         let (mut n_held, mut n_wrong, mut n_acting, mut n_endless) = (0, 0, 0, 0);
         for number in 0..60 {
-            let mut case = case_with_forces(number);
+            let mut case = case_with_guards(number);
             let layout = &case.layout;
             case.state.evaluate(layout, &case.motion);
             case.state.linearize(layout, &case.motion);

@@ -105,10 +105,10 @@ impl StepSolver {
             inverse: vec![1.0; n],
             memory: SystemMemory::new(layout),
             guards: PoseGuards::new(layout),
-            corrected: vec![0.0; if layout.n_force_rows > 0 { m } else { 0 }],
+            corrected: vec![0.0; if layout.n_guards > 0 { m } else { 0 }],
             residual: vec![0.0; m],
             y: vec![0.0; m],
-            along: Vec::with_capacity(layout.n_force_rows),
+            along: Vec::with_capacity(layout.n_guards),
             delta: vec![0.0; n],
             tangent: vec![0.0; n],
         }
@@ -225,7 +225,7 @@ impl StepSolver {
         }
         if largest == 0.0 {
             // Nothing but guards: any base will do that is of their size.
-            largest = state.force_jacobian.iter().map(|a| a * a).fold(0.0, f64::max);
+            largest = state.guard_jacobian.iter().map(|a| a * a).fold(0.0, f64::max);
         }
         self.guards.acting.bound_force(largest);
         largest

@@ -60,7 +60,7 @@ pub(crate) struct Held<'a> {
 
 impl PoseGuards {
     pub(crate) fn new(layout: &Layout) -> Self {
-        let (n, m) = (layout.n_dofs, layout.n_force_rows);
+        let (n, m) = (layout.n_dofs, layout.n_guards);
         Self {
             guards: Guards::of_pose(layout),
             acting: Acting::new(m),
@@ -98,7 +98,7 @@ impl PoseGuards {
     /// Aims at the residuals of a state near by.
     pub(crate) fn aim_from(&mut self, layout: &Layout, state: &State, delta: &[f64]) {
         let open = layout.parts.iter().zip(&state.n_open).flat_map(|(part, n_open)| {
-            let n_open = if matches!(part.place, Place::Force { .. }) { *n_open } else { 0 };
+            let n_open = if matches!(part.place, Place::Guard { .. }) { *n_open } else { 0 };
             part.row..part.row + part.n_rows.min(n_open)
         });
         let residuals = open.map(|row| (row - layout.n_rows, state.residual[row]));

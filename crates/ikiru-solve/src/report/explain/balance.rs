@@ -97,7 +97,7 @@ pub(crate) struct Balance {
 
 impl Balance {
     pub(crate) fn new(layout: &Layout) -> Self {
-        let (n, m) = (layout.n_dofs, layout.n_force_rows);
+        let (n, m) = (layout.n_dofs, layout.n_guards);
         Self {
             limits: Vec::with_capacity(most_limits(layout)),
             rows: Vec::with_capacity(m),

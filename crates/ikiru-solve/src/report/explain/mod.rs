@@ -116,7 +116,7 @@ impl Explainer {
     /// Whether nothing can act at a pose that meets all terms.
     pub(crate) fn is_free(&mut self, layout: &Layout, state: &State) -> bool {
         self.balance.begin(layout, state);
-        self.balance.limits.is_empty() && layout.n_force_rows == 0
+        self.balance.limits.is_empty() && layout.n_guards == 0
     }
 
     /// Tells what is in the way of one term, the strongest first; `stays` stays the first unless another one is clearly

@@ -43,11 +43,11 @@ impl Explainer {
         if let Some(beside) = beside {
             self.whole.iter_mut().zip(beside.smoothness).for_each(|(w, g)| *w += g);
         }
-        self.balance.solve(&state.force_jacobian, &self.whole);
+        self.balance.solve(&state.guard_jacobian, &self.whole);
         // The forces of constraints are pulls like those of wishes from here on.
         let n = layout.n_dofs;
         for row in &self.balance.rows {
-            let entries = &state.force_jacobian[row.row * n..][..n];
+            let entries = &state.guard_jacobian[row.row * n..][..n];
             let gradient = &mut self.gradients[row.part * n..][..n];
             gradient.iter_mut().zip(entries).for_each(|(g, a)| *g -= row.force * a);
             let pull = &mut self.pulls[row.part];
@@ -75,10 +75,10 @@ impl Explainer {
                         pull.add(2.0 * state.scaled[row], self.squares[row]);
                     }
                 }
-                Place::Force { first } => {
+                Place::Guard { first } => {
                     for (row, residual) in state.residual[rows].iter().enumerate() {
                         let factor = 2.0 * weight * part.sense.missing(*residual);
-                        let entries = &state.force_jacobian[(first + row) * n..][..n];
+                        let entries = &state.guard_jacobian[(first + row) * n..][..n];
                         gradient.iter_mut().zip(entries).for_each(|(g, a)| *g += factor * a);
                         pull.add(factor, dot(entries, entries));
                     }
@@ -129,7 +129,7 @@ impl Explainer {
         let is_balanced = of == Of::UnmetConstraints && !state.is_within(layout, t, &tolerance);
         for idx in t.parts.clone() {
             let part = &layout.parts[idx];
-            let Place::Force { first } = part.place else { continue };
+            let Place::Guard { first } = part.place else { continue };
             for row in 0..state.n_open[idx] {
                 let residual = state.residual[part.row + row];
                 if !is_balanced {
@@ -139,7 +139,7 @@ impl Explainer {
                     }
                     continue;
                 }
-                let entries = &state.force_jacobian[(first + row) * n..][..n];
+                let entries = &state.guard_jacobian[(first + row) * n..][..n];
                 let square = dot(entries, entries);
                 let missing = part.sense.missing(residual);
                 // Of unit length, but for a row that nothing moves.

@@ -359,13 +359,13 @@ fn what_is_taken_over_of_a_state_foretells_what_short_steps_lead_to() {
         guards.acting.force.fill(1.0);
         guards.begin(&layout, &state, &problem);
         let wanted_of = |state: &State| {
-            let mut residuals = vec![0.0; layout.n_force_rows];
-            let (mut is_open, mut wishes) = (vec![false; layout.n_force_rows], 0.0);
+            let mut residuals = vec![0.0; layout.n_guards];
+            let (mut is_open, mut wishes) = (vec![false; layout.n_guards], 0.0);
             for t in &layout.terms {
                 let term = &problem.terms()[t.term];
                 for idx in t.parts.clone() {
                     let part = &layout.parts[idx];
-                    let Place::Force { first } = part.place else { continue };
+                    let Place::Guard { first } = part.place else { continue };
                     for i in 0..part.n_rows {
                         residuals[first + i] = state.residual[part.row + i];
                         is_open[first + i] = part.sense == Sense::Equal || i < 2;
@@ -376,7 +376,7 @@ fn what_is_taken_over_of_a_state_foretells_what_short_steps_lead_to() {
             (residuals, is_open, wishes)
         };
         let (before, is_open, _) = wanted_of(&state);
-        assert_eq!(guards.guards.guards.len(), layout.n_force_rows);
+        assert_eq!(guards.guards.guards.len(), layout.n_guards);
         for (row, data) in guards.guards.guards.iter().enumerate() {
             let residual = guards.guards.rows.residual[row];
             assert_eq!((residual, data.is_open), (before[row], is_open[row]), "case {number}, row {row}");
