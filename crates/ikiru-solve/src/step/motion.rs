@@ -13,6 +13,9 @@ use crate::step::system::{MOST_DIRECT_ROWS, System};
 const MOST_ROUNDS: usize = 4;
 const MOST_ROUNDS_OF_GUARDS: usize = 12;
 
+/// So often rows give way in one solve, each time followed by as many rounds.
+const MOST_TO_GIVE_WAY: usize = 4;
+
 /// Memory of the step, and the step itself in `delta`, sample by sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotionStep {
@@ -116,8 +119,8 @@ impl MotionStep {
         self.guards.acting.open(&state.guards);
         let has_guards = !state.guards.is_empty();
         let most_rounds = if has_guards { MOST_ROUNDS_OF_GUARDS } else { MOST_ROUNDS };
-        let mut is_held = false;
-        for round in 0..most_rounds {
+        let (mut is_held, mut round, mut n_gave_way) = (false, 0, 0);
+        loop {
             self.press(state);
             self.gather(state);
             let rows = if self.is_plain(state) { &state.rows } else { &self.rows };
@@ -138,10 +141,15 @@ impl MotionStep {
             let rows = has_guards && self.guards.exchange(&state.guards, &self.delta);
             let cones = self.cones.hold_crossed(&self.delta);
             let let_go = may_let_go && self.let_go(state);
+            is_held |= let_go || ranges || cones || rows;
+            round += 1;
             if !let_go && !ranges && !cones && !rows {
-                break;
+                // A force may be large only because of what is held beside it: rows give way where nothing else is wrong.
+                if n_gave_way == MOST_TO_GIVE_WAY || !self.guards.give_way(&state.guards) {
+                    break;
+                }
+                (round, n_gave_way) = (0, n_gave_way + 1);
             }
-            is_held = true;
         }
         self.clamp(layout, state);
         if is_held && !has_guards {
@@ -493,7 +501,8 @@ mod tests {
 
     #[test]
     fn with_guards_ranges_hold_only_what_pushes_against_them() {
-        let (mut n_held, mut n_wrong, mut n_acting, mut n_endless) = (0, 0, 0, 0);
+        let (mut n_held, mut n_wrong, mut n_acting) = (0, 0, 0);
+        let (mut n_pressing, mut n_unsettled) = (0, 0);
         for number in 0..60 {
             let mut case = case_with_guards(number);
             let layout = &case.layout;
@@ -514,12 +523,9 @@ mod tests {
             step.system.add_product_beside_rows(state, damping, &step.delta, &mut pull);
             step.guards.acting.balance(&state.guards.rows, &mut pull);
             n_acting += (0..state.guards.guards.len()).filter(|row| step.guards.acting.acts(*row)).count();
-            // Where all that moves a hard row is held it pulls without end, and rounds end first.
             let size = pull.iter().fold(1.0, |a: f64, p| a.max(p.abs()));
-            if size > 1e9 {
-                n_endless += 1;
-                continue;
-            }
+            let presses = (0..state.guards.guards.len()).any(|row| step.guards.acting.pressing(row) != 0.0);
+            let mut n_wrong_here = 0;
             for t in (0..state.n_samples).filter(|t| !state.is_given[*t]) {
                 for m in &layout.movers {
                     let has_cone = m.motion.cone().is_some();
@@ -537,12 +543,20 @@ mod tests {
                             pull[idx].abs() <= slack
                         };
                         n_held += usize::from(way <= down + 1e-12 || way >= up - 1e-12);
-                        n_wrong += usize::from(!is_right);
+                        n_wrong_here += usize::from(!is_right);
                     }
                 }
             }
+            n_pressing += usize::from(presses);
+            // Where hard rows give way, or all that moves one is held so that it pulls without end, rounds may end first.
+            if n_wrong_here > 0 && (presses || size > 1e9) {
+                n_unsettled += 1;
+            } else {
+                n_wrong += n_wrong_here;
+            }
         }
-        let counts = [n_held, n_wrong, n_acting, n_endless];
-        assert!(n_held > 100 && n_acting > 100 && n_wrong == 0 && n_endless < 30, "{counts:?}");
+        let counts = [n_held, n_wrong, n_acting, n_pressing, n_unsettled];
+        let is_right = n_held > 100 && n_acting > 100 && n_pressing > 10 && n_wrong == 0;
+        assert!(is_right && n_unsettled < 5, "{counts:?}");
     }
 }

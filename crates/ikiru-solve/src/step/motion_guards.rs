@@ -8,6 +8,11 @@ use crate::step::acting::{Acting, SLACK, Stance};
 /// kept from step to step make up for what it leaves.
 const STIFFNESS: f64 = 1e4;
 
+/// A stiff row is still missed by much at more than this part of what a step was to make good, and at so much (metres, radians);
+/// for less, the forces that are kept are enough.
+const STILL_MISSED: f64 = 0.5;
+const LEAST_MISSED: f64 = 1e-4;
+
 /// What the guards of a motion do in its steps.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotionGuards {
@@ -23,6 +28,7 @@ impl MotionGuards {
     /// Takes over a linearization of this largest curvature.
     pub(crate) fn begin(&mut self, guards: &Guards<SampleRows>, is_iterative: bool, scale: f64) {
         (self.is_iterative, self.compliance) = (is_iterative, 1.0 / (STIFFNESS * scale));
+        self.acting.bound_force(scale);
         self.acting.begin(guards);
     }
 
@@ -62,32 +68,61 @@ impl MotionGuards {
         self.acting.force[row] = -scale * multiplier;
     }
 
-    /// Lets guards rest that would have to pull, and has those act that a step misses; says whether there was one.
+    /// Lets guards rest that would have to pull, and has those act that a step misses, or that gave way to less than they press by;
+    /// says whether there was one.
     pub(crate) fn exchange(&mut self, guards: &Guards<SampleRows>, delta: &[f64]) -> bool {
         self.then.clone_from(&self.acting.aim);
         guards.rows.add_product(delta, &mut self.then);
         let mut changed = false;
-        for block in &guards.rows.blocks {
-            // Of those that contradict each other at one sample the strongest gives way first: the others may then have enough.
-            let mut strongest = None;
-            let mut most = 0.0;
-            for row in block.first..block.first + block.n_rows {
-                // A force that is wrong by rounding is wrong too: there are few rounds.
-                let next = self.acting.next(&guards.guards[row], row, 0.0, || (self.then[row], SLACK));
-                match next {
-                    Some(Stance::Presses(_)) if self.acting.force[row].abs() <= most => {}
-                    Some(Stance::Presses(sign)) => {
-                        (strongest, most) = (Some((row, sign)), self.acting.force[row].abs());
-                    }
-                    Some(next) => (changed, self.acting.stances[row]) = (true, next),
-                    None => {}
-                }
-            }
-            if let Some((row, sign)) = strongest {
-                (changed, self.acting.stances[row]) = (true, Stance::Presses(sign));
+        for (row, guard) in guards.guards.iter().enumerate() {
+            // A force that is wrong by rounding is wrong too: there are few rounds.
+            let next = self.acting.next(guard, row, 0.0, || (self.then[row], SLACK));
+            if let Some(next) = next.filter(|next| !matches!(next, Stance::Presses(_))) {
+                (changed, self.acting.stances[row]) = (true, next);
             }
         }
         changed
+    }
+
+    /// Has hard rows press that want more force than they may have, the strongest of each sample: the others may then have enough.
+    /// Follows an [`exchange`](Self::exchange); says whether there was one.
+    pub(crate) fn give_way(&mut self, guards: &Guards<SampleRows>) -> bool {
+        let mut changed = false;
+        for block in &guards.rows.blocks {
+            let mut strongest: Option<(usize, f64)> = None;
+            for row in block.first..block.first + block.n_rows {
+                if !self.acting.acts(row) || guards.guards[row].weight.is_some() {
+                    continue;
+                }
+                let (force, wanted) = (self.acting.force[row], self.wanted_force(guards, row));
+                if wanted.abs() > self.acting.most {
+                    // Of those that want force without end the one that misses most.
+                    let strength = if self.is_iterative { self.then[row].abs() } else { force.abs() };
+                    if strongest.is_none_or(|(_, most)| strength > most) {
+                        strongest = Some((row, strength));
+                    }
+                } else if wanted != force {
+                    (changed, self.acting.force[row]) = (true, wanted);
+                }
+            }
+            if let Some((row, _)) = strongest {
+                (changed, self.acting.stances[row]) =
+                    (true, Stance::Presses(self.acting.force[row].signum()));
+            }
+        }
+        changed
+    }
+
+    /// The force that a hard row wants. Solved for exactly it has that; a stiff one that is still missed by much goes on to want
+    /// more, as much as it takes if what the force did so far is a measure.
+    fn wanted_force(&self, guards: &Guards<SampleRows>, row: usize) -> f64 {
+        let (force, sense) = (self.acting.force[row], guards.guards[row].sense);
+        let [aim, then] = [self.acting.aim[row], self.then[row]].map(|residual| sense.missing(residual));
+        if !self.is_iterative || then.abs() <= STILL_MISSED * aim.abs().max(LEAST_MISSED) {
+            return force;
+        }
+        let part_made_good = (aim - then) / aim;
+        if part_made_good > 0.0 { force / part_made_good } else { force.signum() * f64::INFINITY }
     }
 }
 
@@ -244,6 +279,41 @@ mod tests {
             acting.acting.stances[1] = Stance::Rests;
             acting.acting.aim[1] = room - along(1);
             assert!(!acting.exchange(&guards, &DELTA) && !acting.acting.acts(1), "{room}");
+        }
+    }
+
+    #[test]
+    fn of_what_wants_too_much_the_strongest_presses_and_a_stiff_row_goes_on_to_want_more() {
+        let guards = guards();
+        // Solved for exactly: the largest force beyond the most; a wish may have any.
+        let mut acting = acting(&guards, false);
+        acting.acting.most = 10.0;
+        acting.then = RESIDUAL.to_vec();
+        acting.acting.force.copy_from_slice(&[-11.0, 12.0, 50.0, 0.0]);
+        assert!(acting.give_way(&guards));
+        assert_eq!(acting.acting.stances[..3], [Stance::Acts, Stance::Presses(1.0), Stance::Acts]);
+        assert!(acting.acting.press() && acting.acting.force[1] == 10.0);
+        assert_eq!([0, 1, 2].map(|row| acting.acting.pressing(row)), [0.0, 10.0, 0.0]);
+        // It acts again where it is kept with less, and not as long as it is missed.
+        acting.acting.aim[1] = -0.1 - along(1);
+        acting.exchange(&guards, &DELTA);
+        assert_eq!(acting.acting.stances[1], Stance::Presses(1.0));
+        acting.acting.aim[1] = 0.1 - along(1);
+        assert!(acting.exchange(&guards, &DELTA) && acting.acting.acts(1));
+        // Stiff: a quarter made good wants four times the force, what is missed as before wants one without end.
+        for (part, most, wanted, presses) in [
+            (0.25, 100.0, 12.0, false),
+            (0.25, 10.0, 3.0, true),
+            (0.0, 100.0, 3.0, true),
+            (0.75, 100.0, 3.0, false),
+        ] {
+            let mut acting = self::acting(&guards, true);
+            acting.acting.stances[1] = Stance::Rests;
+            (acting.acting.most, acting.acting.force[0]) = (most, 3.0);
+            acting.then = vec![(1.0 - part) * RESIDUAL[0], 0.0, 0.0, 0.0];
+            assert_eq!(acting.give_way(&guards), presses || wanted != 3.0, "{part} {most}");
+            assert!(near(acting.acting.force[0], wanted), "{part} {most}");
+            assert_eq!(acting.acting.stances[0] == Stance::Presses(1.0), presses, "{part} {most}");
         }
     }
 }

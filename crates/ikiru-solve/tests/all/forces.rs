@@ -453,6 +453,12 @@ fn motions_tell_what_is_in_the_way_at_the_worst_sample() {
     let least = motion.add(1.0, When::At(1.0), least).unwrap();
     (motion.term_mut(least).hard, motion.term_mut(least).tolerance) = (true, Tolerance::HARD);
     let planned = plan(SolverOptions::default(), &motion, &guess);
+    // Anywhere between the two they miss the same in sum; a third one says where, and each of the two names the other.
+    let end = planned.clip.poses()[10].value(ids[0]).unwrap();
+    assert!((0.1 - 1e-6..0.3 + 1e-6).contains(&end), "{end}");
+    let between = Coupling::new(&rig, &[(ids[0], None, 1.0)], Bound::Exactly(0.2)).unwrap();
+    motion.add_hard(When::At(1.0), between).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &guess);
     for (on, by) in [(1, 2), (2, 1)] {
         assert!(
             force(&planned.report.forces, on, ForceBy::Term(by)).share > 0.9,

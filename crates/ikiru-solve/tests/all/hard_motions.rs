@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 use glam::DVec3;
-use ikiru_rig::{Clip, JointId, JointMotion, Pose, Rig};
+use ikiru_rig::{Clip, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Bound, Coupling, Distance, Position};
 use ikiru_solve::{
     AdamOptions, Invalid, Method, MotionProblem, MotionWorkspace, Objective, Part, PlannedMotion, Reads,
@@ -153,6 +153,57 @@ fn constraints_that_contradict_each_other_are_named() {
     settled.add_hard(When::At(0.0), Distance::new([a, b], Bound::AtLeast(apart + 0.1))).unwrap();
     let report = plan(&settled, &rig, SolverOptions::default()).report;
     assert!(matches!(report.invalid, Some(Invalid::Term(0, _))));
+}
+
+/// A chain of hinges, 0.3 m long each.
+fn hinges() -> Rig {
+    let mut builder = RigBuilder::new();
+    let mut parent = None;
+    for idx in 0..4 {
+        let mut joint = Joint::new(format!("joint_{idx}"), parent);
+        joint.rest_translation = if idx == 0 { DVec3::ZERO } else { DVec3::X * 0.3 };
+        if idx < 3 {
+            joint.motion = JointMotion::Hinge { axis: DVec3::Z, range: Range::degrees(-90.0, 90.0) };
+        }
+        parent = Some(builder.add(joint));
+    }
+    builder.build().unwrap()
+}
+
+#[test]
+fn constraints_that_contradict_each_other_are_missed_by_least_in_sum() {
+    let rig = hinges();
+    let [middle, tip] = [1, 3].map(JointId::from_index);
+    let exactly = |value: f64| Coupling::new(&rig, &[(middle, None, 1.0)], Bound::Exactly(value)).unwrap();
+    // Steps that are solved for exactly, and too many rows to do so.
+    for (n_samples, is_iterative) in [(6, false), (251, true)] {
+        for wanted in [[0.1, 0.2, 0.4], [0.4, 0.1, 0.2], [-0.3, 0.5, 0.0], [0.7, -0.2, 0.6]] {
+            let timeline = Timeline::seconds(1.0, f64::from(n_samples - 1)).unwrap();
+            let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+            motion.set_smoothness([0.01; 3]).unwrap();
+            let from = rig.rest_pose().frame(tip).unwrap().position;
+            let way = DVec3::new(-0.1, 0.2, 0.0);
+            if is_iterative {
+                motion
+                    .add_moving(0.1, When::Throughout, |secs| Position::new(tip, from + way * secs))
+                    .unwrap();
+            } else {
+                motion.add(1.0, When::End, Position::new(tip, from + way)).unwrap();
+            }
+            for value in wanted {
+                motion.add_hard(When::At(0.6), exactly(value)).unwrap();
+            }
+            let planned = plan(&motion, &rig, SolverOptions::default());
+            let sample = (0.6 * f64::from(n_samples - 1)).round() as usize;
+            let found = planned.clip.poses()[sample].value(middle).unwrap();
+            let mut sorted = wanted;
+            sorted.sort_by(f64::total_cmp);
+            // The middle one holds, and each of the others is missed by its own way to it.
+            assert!((found - sorted[1]).abs() < 1e-4, "{n_samples} samples, {wanted:?}: {found}");
+            let missed: f64 = planned.report.terms.iter().filter(|t| t.hard).map(|t| t.residual).sum();
+            assert!((missed - (sorted[2] - sorted[0])).abs() < 1e-3, "{wanted:?}: {missed}");
+        }
+    }
 }
 
 #[test]
