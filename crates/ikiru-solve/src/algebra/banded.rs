@@ -1,6 +1,8 @@
 //! Symmetric matrices over time whose entries lie within three samples of the diagonal: what smoothness of up to the
 //! third order couples.
 
+use crate::algebra::cholesky::NotPositiveDefinite;
+
 /// The diagonal and three above it, one row a sample: `rows[t][d]` is the entry `(t, t + d)`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Banded {
@@ -72,9 +74,9 @@ impl Banded {
         }
     }
 
-    /// Replaces the matrix by its Cholesky factor `Lᵀ` (rows of the upper triangle), reciprocals on its diagonal; false where it is not
-    /// positive definite.
-    pub(crate) fn factor(&mut self) -> bool {
+    /// Replaces the matrix by its Cholesky factor `Lᵀ` (rows of the upper triangle), reciprocals on its diagonal. An error where it is
+    /// not positive definite.
+    pub(crate) fn factor(&mut self) -> Result<(), NotPositiveDefinite> {
         let n = self.rows.len();
         for t in 0..n {
             let before = t.saturating_sub(3)..t;
@@ -88,12 +90,12 @@ impl Banded {
                 }
             }
             if row[0] <= full * 1e-15 {
-                return false;
+                return Err(NotPositiveDefinite { row: t });
             }
             let reciprocal = 1.0 / row[0].sqrt();
             self.rows[t] = [reciprocal, row[1] * reciprocal, row[2] * reciprocal, row[3] * reciprocal];
         }
-        true
+        Ok(())
     }
 
     /// `x := A⁻¹ x`, for a matrix that was [factored](Self::factor). Entries before `first` are zero and stay
@@ -210,8 +212,8 @@ impl BandedLines {
         sum / (self.rows.len() / 4).max(1) as f64
     }
 
-    /// As [`Banded::factor`], all of them; false where one is not positive definite.
-    pub(crate) fn factor(&mut self) -> bool {
+    /// As [`Banded::factor`], all of them; an error where one is not positive definite.
+    pub(crate) fn factor(&mut self) -> Result<(), NotPositiveDefinite> {
         let n = self.n;
         let n_samples = self.rows.len().checked_div(4 * n).unwrap_or(0);
         for t in 0..n_samples {
@@ -235,10 +237,10 @@ impl BandedLines {
                 }
             }
             if least <= 0.0 {
-                return false;
+                return Err(NotPositiveDefinite { row: t });
             }
         }
-        true
+        Ok(())
     }
 
     /// `x := A⁻¹ x` of all lines, `x` being sample by sample, for what was [factored](Self::factor).
@@ -335,7 +337,7 @@ mod tests {
             let x: Vec<f64> = (0..n).map(|_| random.between(-1.0, 1.0)).collect();
             let mut y = vec![0.0; n];
             matrix.add_product(&x, &mut y);
-            assert!(matrix.factor());
+            matrix.factor().unwrap();
             let mut columns: Vec<f64> = y.iter().flat_map(|y| [*y, -2.0 * y]).collect();
             matrix.solve_from(0, &mut y);
             assert!(x.iter().zip(&y).all(|(a, b)| (a - b).abs() < 1e-9));
@@ -343,7 +345,8 @@ mod tests {
             let both = x.iter().flat_map(|x| [*x, -2.0 * x]);
             assert!(both.zip(&columns).all(|(a, b)| (a - b).abs() < 1e-9));
         }
-        assert!(!Banded::smoothness(5, [1.0, 0.0, 0.0]).factor(), "a shift of all samples is free");
+        let free = Banded::smoothness(5, [1.0, 0.0, 0.0]).factor();
+        assert_eq!(free, Err(NotPositiveDefinite { row: 4 }), "a shift of all samples is free");
     }
 
     #[test]
@@ -363,10 +366,10 @@ mod tests {
             }
             let mut x: Vec<f64> = (0..n * n_samples).map(|_| random.between(-1.0, 1.0)).collect();
             let expected = x.clone();
-            assert!(lines.factor());
+            lines.factor().unwrap();
             lines.solve(&mut x);
             for (k, matrix) in alone.iter_mut().enumerate() {
-                assert!(matrix.factor());
+                matrix.factor().unwrap();
                 let mut line: Vec<f64> = (0..n_samples).map(|t| expected[t * n + k]).collect();
                 matrix.solve_from(0, &mut line);
                 assert!((0..n_samples).all(|t| (x[t * n + k] - line[t]).abs() < 1e-12));
@@ -375,6 +378,6 @@ mod tests {
         let mut singular = BandedLines::default();
         singular.clear(1, 5);
         singular.set(0, &Banded::smoothness(5, [1.0, 0.0, 0.0]));
-        assert!(!singular.factor());
+        assert!(singular.factor().is_err());
     }
 }

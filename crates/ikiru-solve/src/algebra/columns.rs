@@ -1,7 +1,7 @@
 //! The step's system over degrees of freedom, for problems of many more rows than those: `JᵀJ`, built once a
 //! linearization, and its Cholesky factor for what is open.
 
-use crate::algebra::cholesky;
+use crate::algebra::cholesky::{self, NotPositiveDefinite};
 use crate::algebra::rows::{Columns, OpenStep, StepSystem, SystemMemory};
 use crate::layout::{Layout, Span};
 
@@ -80,15 +80,18 @@ impl StepSystem for Tall<'_> {
     fn open(&mut self, _: usize, _: f64) {}
     fn close(&mut self, _: usize, _: f64) {}
 
-    fn solve_open(&mut self, step: &OpenStep<'_>, y: &mut [f64], delta: &mut [f64]) -> bool {
-        let solved = self.factor(step).is_some();
-        if solved {
-            self.solve_factored(&(), step, y, delta);
-        }
-        solved
+    fn solve_open(
+        &mut self,
+        step: &OpenStep<'_>,
+        y: &mut [f64],
+        delta: &mut [f64],
+    ) -> Result<(), NotPositiveDefinite> {
+        self.factor(step)?;
+        self.solve_factored(&(), step, y, delta);
+        Ok(())
     }
 
-    fn factor(&mut self, step: &OpenStep<'_>) -> Option<()> {
+    fn factor(&mut self, step: &OpenStep<'_>) -> Result<(), NotPositiveDefinite> {
         let n = self.spans.len();
         let (matrix, factor) = (&self.memory.matrix, &mut self.memory.factor[..n * n]);
         for k in 0..n {
@@ -106,7 +109,7 @@ impl StepSystem for Tall<'_> {
                 row[k] = 1.0;
             }
         }
-        cholesky::factor(n, factor).ok()
+        cholesky::factor(n, factor)
     }
 
     fn solve_factored(&mut self, (): &(), step: &OpenStep<'_>, _: &mut [f64], delta: &mut [f64]) {

@@ -7,7 +7,7 @@
 //! `P A⁻¹ P + B (1 − P)`: exact where smoothness `A` is `s` times the identity.
 
 use crate::algebra::banded::BandedLines;
-use crate::algebra::cholesky::{self, dot};
+use crate::algebra::cholesky::{self, NotPositiveDefinite, dot};
 use crate::algebra::sample_rows::SampleRows;
 
 /// How far the residual must fall; the step is one of many.
@@ -39,12 +39,10 @@ impl Iterative {
         &mut self.over_time
     }
 
-    /// Makes the preconditioner. False where it is not positive definite.
-    pub(crate) fn prepare(&mut self, rows: &SampleRows, open: &[bool]) -> bool {
+    /// Makes the preconditioner. An error where it is not positive definite.
+    pub(crate) fn prepare(&mut self, rows: &SampleRows, open: &[bool]) -> Result<(), NotPositiveDefinite> {
         self.stiffness = self.over_time.mean_diagonal();
-        if !self.over_time.factor() {
-            return false;
-        }
+        self.over_time.factor()?;
         let n = rows.n_dofs;
         self.grams.clear();
         for block in &rows.blocks {
@@ -66,11 +64,9 @@ impl Iterative {
                 }
                 gram[i * m + i] += self.stiffness;
             }
-            if cholesky::factor(m, gram).is_err() {
-                return false;
-            }
+            cholesky::factor(m, gram)?;
         }
-        true
+        Ok(())
     }
 
     /// Solves `A x = b` where `open`, from the guess in `x`, which is 0 elsewhere, as `b` is. `apply` adds `A x`
@@ -207,7 +203,7 @@ mod tests {
         let mut iterative = Iterative::default();
         iterative.over_time().clear(n, n_samples);
         (0..n).for_each(|k| iterative.over_time().set(k, &over_time));
-        assert!(iterative.prepare(&rows, &open));
+        iterative.prepare(&rows, &open).unwrap();
         for from_guess in [false, true] {
             let mut x: Vec<f64> = b.iter().map(|b| if from_guess { 0.3 * b } else { 0.0 }).collect();
             iterative.solve(&rows, &open, apply, &b, &mut x);

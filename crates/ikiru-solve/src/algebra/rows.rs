@@ -6,7 +6,7 @@
 //!
 //! [`Tall`]: crate::algebra::columns::Tall
 
-use crate::algebra::cholesky::{self, factor_fixed, solve_fixed};
+use crate::algebra::cholesky::{self, NotPositiveDefinite, factor_fixed, solve_fixed};
 use crate::layout::{Layout, Span};
 
 /// The columns of a Jacobian: what each degree of freedom does to the rows.
@@ -25,10 +25,10 @@ pub(crate) trait RowSystem: Columns {
     fn clear(&mut self);
     /// `A += factor · j_k j_kᵀ`
     fn add_outer(&mut self, k: usize, factor: f64);
-    /// Factors `A + damping · I`; `None` where that is not positive definite. `A` stays as it is.
-    fn factor(&mut self, damping: f64) -> Option<Self::RowFactor>;
-    /// `x := (A + damping · I)⁻¹ x` at once; false where that is not positive definite.
-    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool;
+    /// Factors `A + damping · I`. `A` stays as it is.
+    fn factor(&mut self, damping: f64) -> Result<Self::RowFactor, NotPositiveDefinite>;
+    /// `x := (A + damping · I)⁻¹ x` at once.
+    fn solve(&mut self, damping: f64, x: &mut [f64]) -> Result<(), NotPositiveDefinite>;
     /// `x := (A + damping · I)⁻¹ x`, as it was factored.
     fn substitute(&self, factor: &Self::RowFactor, x: &mut [f64]);
 }
@@ -58,11 +58,15 @@ pub(crate) trait StepSystem: Columns {
     fn open(&mut self, k: usize, inverse: f64);
     /// Closes it again.
     fn close(&mut self, k: usize, inverse: f64);
-    /// Solves for the open ones; the others keep their `delta`. `y` is memory over rows. False where the system is
-    /// not positive definite.
-    fn solve_open(&mut self, step: &OpenStep<'_>, y: &mut [f64], delta: &mut [f64]) -> bool;
-    /// Factors the system of the open ones; `None` where it is not positive definite.
-    fn factor(&mut self, step: &OpenStep<'_>) -> Option<Self::Factor>;
+    /// Solves for the open ones; the others keep their `delta`. `y` is memory over rows.
+    fn solve_open(
+        &mut self,
+        step: &OpenStep<'_>,
+        y: &mut [f64],
+        delta: &mut [f64],
+    ) -> Result<(), NotPositiveDefinite>;
+    /// Factors the system of the open ones.
+    fn factor(&mut self, step: &OpenStep<'_>) -> Result<Self::Factor, NotPositiveDefinite>;
     /// Solves for the open ones as they were factored.
     fn solve_factored(
         &mut self,
@@ -104,17 +108,20 @@ impl<T: RowSystem> StepSystem for T {
     }
 
     #[inline(always)]
-    fn solve_open(&mut self, step: &OpenStep<'_>, y: &mut [f64], delta: &mut [f64]) -> bool {
+    fn solve_open(
+        &mut self,
+        step: &OpenStep<'_>,
+        y: &mut [f64],
+        delta: &mut [f64],
+    ) -> Result<(), NotPositiveDefinite> {
         right_side(self, step, y);
-        if !self.solve(step.damping, y) {
-            return false;
-        }
+        self.solve(step.damping, y)?;
         step_of_rows(self, step, y, delta);
-        true
+        Ok(())
     }
 
     #[inline(always)]
-    fn factor(&mut self, step: &OpenStep<'_>) -> Option<T::RowFactor> {
+    fn factor(&mut self, step: &OpenStep<'_>) -> Result<T::RowFactor, NotPositiveDefinite> {
         RowSystem::factor(self, step.damping)
     }
 
@@ -241,19 +248,18 @@ impl<const M: usize> RowSystem for Dense<'_, M> {
     }
 
     #[inline(always)]
-    fn factor(&mut self, damping: f64) -> Option<[[f64; M]; M]> {
+    fn factor(&mut self, damping: f64) -> Result<[[f64; M]; M], NotPositiveDefinite> {
         let mut a = self.matrix;
-        factor_fixed(&mut a, damping).ok().map(|()| a)
+        factor_fixed(&mut a, damping)?;
+        Ok(a)
     }
 
     #[inline(always)]
-    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
+    fn solve(&mut self, damping: f64, x: &mut [f64]) -> Result<(), NotPositiveDefinite> {
         let mut a = self.matrix;
-        if factor_fixed(&mut a, damping).is_err() {
-            return false;
-        }
+        factor_fixed(&mut a, damping)?;
         self.substitute(&a, x);
-        true
+        Ok(())
     }
 
     #[inline(always)]
@@ -343,22 +349,20 @@ impl RowSystem for Sparse<'_> {
         }
     }
 
-    fn factor(&mut self, damping: f64) -> Option<()> {
+    fn factor(&mut self, damping: f64) -> Result<(), NotPositiveDefinite> {
         let m = self.n_rows;
         let a = &mut self.memory.factor[..m * m];
         a.copy_from_slice(&self.memory.matrix);
         for i in 0..m {
             a[i * m + i] += damping;
         }
-        cholesky::factor(m, a).ok()
+        cholesky::factor(m, a)
     }
 
-    fn solve(&mut self, damping: f64, x: &mut [f64]) -> bool {
-        let solved = RowSystem::factor(self, damping).is_some();
-        if solved {
-            self.substitute(&(), x);
-        }
-        solved
+    fn solve(&mut self, damping: f64, x: &mut [f64]) -> Result<(), NotPositiveDefinite> {
+        RowSystem::factor(self, damping)?;
+        self.substitute(&(), x);
+        Ok(())
     }
 
     fn substitute(&self, (): &(), x: &mut [f64]) {
@@ -401,6 +405,6 @@ mod tests {
         for i in 0..6 {
             assert!((x[i] - y[i]).abs() < 1e-12 && (back[i] - b[i]).abs() < 1e-12);
         }
-        assert!(RowSystem::factor(&mut dense, 0.0).is_none(), "four columns do not span six rows");
+        assert!(RowSystem::factor(&mut dense, 0.0).is_err(), "four columns do not span six rows");
     }
 }

@@ -122,7 +122,7 @@ impl Lm {
                 if has_forces {
                     model.aim(hard.share);
                 }
-                if !model.solve(damping_now) {
+                if model.solve(damping_now).is_err() {
                     damping *= MORE_TO_SOLVE;
                     continue;
                 }

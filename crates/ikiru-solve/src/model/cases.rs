@@ -1,5 +1,6 @@
 //! A model of one coordinate for the unit tests of the loops: its cost is a function, its steps are what a test says.
 
+use crate::algebra::cholesky::NotPositiveDefinite;
 use crate::model::{Model, Rules};
 
 /// A point on a line. Every step is as long as it is told to be, and promises a cost that need not come.
@@ -99,9 +100,9 @@ impl Model for Line {
     fn aim(&mut self, share: f64) {
         self.shares.push(share);
     }
-    fn solve(&mut self, damping: f64) -> bool {
+    fn solve(&mut self, damping: f64) -> Result<(), NotPositiveDefinite> {
         self.dampings.push(damping);
-        true
+        Ok(())
     }
     fn largest_force(&self) -> f64 {
         1.0

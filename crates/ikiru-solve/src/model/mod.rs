@@ -9,6 +9,8 @@ mod pose;
 mod rules;
 mod trajectory;
 
+use crate::algebra::cholesky::NotPositiveDefinite;
+
 pub(crate) use pose::PoseModel;
 pub(crate) use rules::{Effort, Rules};
 pub(crate) use trajectory::{Trajectory, TrajectoryMemory};
@@ -74,8 +76,8 @@ pub(crate) trait Model {
     /// The next step is to make good a share of what hard rows miss.
     fn aim(&mut self, share: f64);
 
-    /// Computes a step for a damping. False where the system cannot be solved with so little of it.
-    fn solve(&mut self, damping: f64) -> bool;
+    /// Computes a step for a damping. An error where the system cannot be solved with so little of it.
+    fn solve(&mut self, damping: f64) -> Result<(), NotPositiveDefinite>;
 
     /// The largest force of a hard row in the step.
     fn largest_force(&self) -> f64;

@@ -1,5 +1,6 @@
 //! A pose as a model: what moves of it is in the coordinates of its state.
 
+use crate::algebra::cholesky::NotPositiveDefinite;
 use crate::layout::Layout;
 use crate::model::{Model, Rules};
 use crate::problem::Problem;
@@ -106,7 +107,7 @@ impl Model for PoseModel<'_> {
     }
 
     #[inline(always)]
-    fn solve(&mut self, damping: f64) -> bool {
+    fn solve(&mut self, damping: f64) -> Result<(), NotPositiveDefinite> {
         self.step.solve(self.layout, self.state, damping)
     }
 

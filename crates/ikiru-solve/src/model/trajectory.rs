@@ -1,5 +1,6 @@
 //! A trajectory as a model: the coordinates of all its samples, one behind the other.
 
+use crate::algebra::cholesky::NotPositiveDefinite;
 use ikiru_rig::{Clip, RateExcess};
 
 use crate::layout::Layout;
@@ -167,7 +168,7 @@ impl Model for Trajectory<'_> {
         self.memory.step.guards.acting.aim(&self.state.guards, share);
     }
 
-    fn solve(&mut self, damping: f64) -> bool {
+    fn solve(&mut self, damping: f64) -> Result<(), NotPositiveDefinite> {
         self.memory.step.solve(self.layout, self.state, damping)
     }
 

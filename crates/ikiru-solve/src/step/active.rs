@@ -1,7 +1,8 @@
 //! The active set's rules for what limits hold, of a pose and of a motion: what blocks, what is crossed, what is let go of. Those
 //! for guards are in `acting.rs`.
 
-/// How near to a limit counts as on it, in radians or metres.
+/// How near to a limit counts as on it in a step, in radians or metres. A report looks from further away (1e-7): steps end a
+/// rounding short of a limit, and forces are asked for at the pose that comes back.
 pub(crate) const ON_LIMIT: f64 = 1e-9;
 
 /// How far something may move down (not positive) and up (not negative) before a limit stops it.

@@ -1,6 +1,7 @@
 //! The damped Gauss–Newton step of a whole motion inside all limits: [`System`] solved again and again, with what a step
 //! would take beyond a limit held at it.
 
+use crate::algebra::cholesky::NotPositiveDefinite;
 use crate::algebra::sample_rows::{Block, SampleRows};
 use crate::layout::Layout;
 use crate::state::motion::MotionState;
@@ -111,8 +112,13 @@ impl MotionStep {
         state.rows.n_rows() + state.guards.rows.n_rows() > MOST_DIRECT_ROWS
     }
 
-    /// Computes `delta` for a damping. False where the system cannot be solved with so little damping.
-    pub(crate) fn solve(&mut self, layout: &Layout, state: &MotionState, damping: f64) -> bool {
+    /// Computes `delta` for a damping. An error where the system cannot be solved with so little damping.
+    pub(crate) fn solve(
+        &mut self,
+        layout: &Layout,
+        state: &MotionState,
+        damping: f64,
+    ) -> Result<(), NotPositiveDefinite> {
         self.open.copy_from_slice(&self.free);
         self.delta.fill(0.0);
         self.cones.open();
@@ -124,9 +130,7 @@ impl MotionStep {
             self.press(state);
             self.gather(state);
             let rows = if self.is_plain(state) { &state.rows } else { &self.rows };
-            if !self.system.factor(state, rows, &self.open, damping) {
-                return false;
-            }
+            self.system.factor(state, rows, &self.open, damping)?;
             self.solve_factored(state, damping, &state.rows.residual);
             if round + 1 == most_rounds {
                 break;
@@ -155,7 +159,7 @@ impl MotionStep {
         if is_held && !has_guards {
             self.shorten(state);
         }
-        true
+        Ok(())
     }
 
     /// Whether the rows of the state are all that a step is solved over.

@@ -9,6 +9,7 @@
 
 use glam::{DMat3, DQuat};
 
+use crate::algebra::cholesky::NotPositiveDefinite;
 use crate::algebra::columns::Tall;
 use crate::algebra::rows::{Columns, Dense, OpenStep, Sparse, StepSystem, SystemMemory};
 use crate::layout::{Layout, Mover, PartLayout, Place};
@@ -231,8 +232,13 @@ impl StepSolver {
         largest
     }
 
-    /// Computes `delta` for a damping. False where the system cannot be solved with so little damping.
-    pub(crate) fn solve(&mut self, layout: &Layout, state: &State, damping: f64) -> bool {
+    /// Computes `delta` for a damping. An error where the system cannot be solved with so little damping.
+    pub(crate) fn solve(
+        &mut self,
+        layout: &Layout,
+        state: &State,
+        damping: f64,
+    ) -> Result<(), NotPositiveDefinite> {
         self.solve_for(layout, state, &state.scaled[..layout.n_rows], damping)
     }
 
@@ -259,10 +265,16 @@ impl StepSolver {
         self.guards.aim_from(layout, state, &self.delta);
         let solved = self.solve_for(layout, state, &corrected, damping);
         self.corrected = corrected;
-        solved
+        solved.is_ok()
     }
 
-    fn solve_for(&mut self, layout: &Layout, state: &State, residual: &[f64], damping: f64) -> bool {
+    fn solve_for(
+        &mut self,
+        layout: &Layout,
+        state: &State,
+        residual: &[f64],
+        damping: f64,
+    ) -> Result<(), NotPositiveDefinite> {
         let blocked = std::mem::take(&mut self.jacobian);
         let mut memory = std::mem::take(&mut self.memory);
         let jacobian = if layout.has_cones { &blocked } else { &state.jacobian };
@@ -278,7 +290,7 @@ impl StepSolver {
         residual: &[f64],
         mut rows: impl StepSystem,
         damping: f64,
-    ) -> bool {
+    ) -> Result<(), NotPositiveDefinite> {
         let n = layout.n_dofs;
         self.open.copy_from_slice(&self.free);
         self.residual.copy_from_slice(residual);
@@ -310,9 +322,7 @@ impl StepSolver {
             return solved;
         }
         for round in 0..MOST_ROUNDS {
-            if !self.solve_open(layout, &mut rows, damping) {
-                return false;
-            }
+            self.solve_open(layout, &mut rows, damping)?;
             if round + 1 == MOST_ROUNDS || !self.fix_crossed(layout, &mut rows) {
                 break;
             }
@@ -322,7 +332,7 @@ impl StepSolver {
             *delta = inside(*room, *delta);
         }
         self.write_tangent(layout);
-        true
+        Ok(())
     }
 
     /// The step as a tangent, from that by the axes of the bases.
@@ -342,7 +352,12 @@ impl StepSolver {
 
     /// Solves for the open degrees of freedom; the others keep their `delta`.
     #[inline(always)]
-    fn solve_open(&mut self, layout: &Layout, rows: &mut impl StepSystem, damping: f64) -> bool {
+    fn solve_open(
+        &mut self,
+        layout: &Layout,
+        rows: &mut impl StepSystem,
+        damping: f64,
+    ) -> Result<(), NotPositiveDefinite> {
         let n = layout.n_dofs;
         let own = layout.has_own.then_some(&self.own_gradient[..n]);
         let (open, inverse, residual) = (&self.open[..n], &self.inverse[..n], &self.residual[..]);

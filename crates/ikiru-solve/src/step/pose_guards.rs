@@ -6,7 +6,7 @@
 //! at once, and one at a time where that does not get on (block principal pivoting, Júdice and Pires, 1994): `H` is positive
 //! definite, so that there is one answer, and it is found.
 
-use crate::algebra::cholesky;
+use crate::algebra::cholesky::{self, NotPositiveDefinite};
 use crate::algebra::full_rows::{Derivatives, FullRows};
 use crate::algebra::rows::{OpenStep, StepSystem};
 use crate::layout::{Layout, Place};
@@ -105,17 +105,19 @@ impl PoseGuards {
         self.acting.aim_from(&self.guards.rows, residuals, delta);
     }
 
-    /// Solves for a step; what is open and what acts begins as it is. False where the base cannot be solved with so little
-    /// damping.
+    /// Solves for a step; what is open and what acts begins as it is. An error where the base cannot be solved with so
+    /// little damping.
     #[inline(never)]
-    pub(crate) fn solve<S: StepSystem>(&mut self, base: &mut S, held: &mut Held<'_>) -> bool {
+    pub(crate) fn solve<S: StepSystem>(
+        &mut self,
+        base: &mut S,
+        held: &mut Held<'_>,
+    ) -> Result<(), NotPositiveDefinite> {
         self.compliance.fill(0.0);
         self.acting.open(&self.guards);
         let (mut least_wrong, mut patience) = (usize::MAX, PATIENCE);
         for _ in 0..MOST_ROUNDS {
-            if !self.solve_for_acting(base, held) {
-                return false;
-            }
+            self.solve_for_acting(base, held)?;
             let n_wrong = self.exchange(base, held, Exchange::None);
             if n_wrong == 0 {
                 break;
@@ -134,16 +136,20 @@ impl PoseGuards {
         for (delta, room) in held.delta.iter_mut().zip(held.room) {
             *delta = inside(*room, *delta);
         }
-        true
+        Ok(())
     }
 
     /// The step for what is open and what acts now.
     #[inline(always)]
-    fn solve_for_acting<S: StepSystem>(&mut self, base: &mut S, held: &mut Held<'_>) -> bool {
+    fn solve_for_acting<S: StepSystem>(
+        &mut self,
+        base: &mut S,
+        held: &mut Held<'_>,
+    ) -> Result<(), NotPositiveDefinite> {
         let n = held.delta.len();
         let Held { open, inverse, own, damping, residual, y, delta, .. } = held;
         let step = OpenStep { open, inverse, own: *own, damping: *damping, residual: &residual[..] };
-        let Some(factor) = base.factor(&step) else { return false };
+        let factor = base.factor(&step)?;
         base.solve_factored(&factor, &step, y, delta);
         let (rows, acting) = (&self.guards.rows, &mut self.acting);
         if acting.press() {
@@ -156,7 +162,7 @@ impl PoseGuards {
         self.that_act.extend((0..acting.force.len()).filter(|row| acting.acts(*row)));
         let m = self.that_act.len();
         if m == 0 {
-            return true;
+            return Ok(());
         }
         for (a, &row) in self.that_act.iter().enumerate() {
             base.respond(&factor, &step, rows.entries(row), y, &mut self.answers[a * n..(a + 1) * n]);
@@ -177,9 +183,7 @@ impl PoseGuards {
             };
             self.forces[a] = -(acting.aim[row] + rows.along(row, delta));
         }
-        if cholesky::factor(m, &mut self.matrix[..m * m]).is_err() {
-            return false;
-        }
+        cholesky::factor(m, &mut self.matrix[..m * m])?;
         cholesky::solve(m, &self.matrix[..m * m], &mut self.forces[..m]);
         for (a, &row) in self.that_act.iter().enumerate() {
             acting.force[row] = self.forces[a];
@@ -188,7 +192,7 @@ impl PoseGuards {
                 *delta += self.forces[a] * answer;
             }
         }
-        true
+        Ok(())
     }
 
     /// Counts what is wrong about what is open and what acts, and exchanges it.

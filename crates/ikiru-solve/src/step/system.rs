@@ -9,7 +9,7 @@
 //! whatever the damping, which only shortens the step as a whole.
 
 use crate::algebra::banded::Banded;
-use crate::algebra::cholesky::{self, dot};
+use crate::algebra::cholesky::{self, NotPositiveDefinite, dot};
 use crate::algebra::iterative::Iterative;
 use crate::algebra::sample_rows::SampleRows;
 use crate::layout::Layout;
@@ -150,7 +150,12 @@ impl System {
     }
 
     /// Factors one matrix for each class, and one for each degree of freedom that differs from its class.
-    fn factor_over_time(&mut self, state: &MotionState, open: &[bool], damping: f64) -> bool {
+    fn factor_over_time(
+        &mut self,
+        state: &MotionState,
+        open: &[bool],
+        damping: f64,
+    ) -> Result<(), NotPositiveDefinite> {
         let n = self.n_dofs;
         let mut factors = std::mem::take(&mut self.factors);
         self.n_factors = self.classes.len();
@@ -171,7 +176,7 @@ impl System {
                 self.n_factors += 1;
             }
         }
-        let factored = factors[..self.n_factors].iter_mut().all(Banded::factor);
+        let factored = factors[..self.n_factors].iter_mut().try_for_each(Banded::factor);
         self.factors = factors;
         factored
     }
@@ -202,16 +207,17 @@ impl System {
         x.iter_mut().zip(open).filter(|(_, open)| !**open).for_each(|(x, _)| *x = 0.0);
     }
 
-    /// Factors the system for a damping. False where it cannot be solved with so little of it.
+    /// Factors the system for a damping. An error where it cannot be solved with so little of it.
     pub(crate) fn factor(
         &mut self,
         state: &MotionState,
         rows: &SampleRows,
         open: &[bool],
         damping: f64,
-    ) -> bool {
+    ) -> Result<(), NotPositiveDefinite> {
         if rows.n_rows() <= self.most_direct_rows {
-            return self.factor_over_time(state, open, damping) && self.factor_rows(rows, open);
+            self.factor_over_time(state, open, damping)?;
+            return self.factor_rows(rows, open);
         }
         let mut iterative = std::mem::take(&mut self.iterative);
         iterative.over_time().clear(self.n_dofs, self.n_samples);
@@ -353,7 +359,7 @@ impl System {
     }
 
     /// Factors `E + J A⁻¹ Jᵀ`, with the compliances on the diagonal.
-    fn factor_rows(&mut self, rows: &SampleRows, open: &[bool]) -> bool {
+    fn factor_rows(&mut self, rows: &SampleRows, open: &[bool]) -> Result<(), NotPositiveDefinite> {
         let (n, m, n_back) = (self.n_dofs, rows.n_rows(), self.n_back);
         self.invert_at(rows);
         let n_touched = self.touched.len();
@@ -397,7 +403,7 @@ impl System {
                 compliance => compliance,
             };
         }
-        let factored = cholesky::factor(m, &mut dense).is_ok();
+        let factored = cholesky::factor(m, &mut dense);
         (self.dense, self.line) = (dense, weighted);
         factored
     }

@@ -16,7 +16,7 @@ fn a_step_stays_inside_all_limits_and_falls() {
         assert!(step.begin(layout, &case.state) > 0.0);
         for part in [1e-4, 0.05, 10.0] {
             let damping = part * step.scale(&case.state);
-            assert!(step.solve(layout, &case.state, damping));
+            step.solve(layout, &case.state, damping).unwrap();
             let predicted = step.predicted(&case.state).0;
             assert!(predicted < cost * (1.0 + 1e-12), "case {number}: {predicted} from {cost}");
             let slope: f64 = step.gradient.iter().zip(&step.delta).map(|(g, d)| g * d).sum();
@@ -62,7 +62,7 @@ fn small_steps_gain_what_the_model_promises() {
         step.fit(layout, &case.state);
         step.begin(layout, &case.state);
         let damping = 1e5 * step.scale(&case.state);
-        assert!(step.solve(layout, &case.state, damping));
+        step.solve(layout, &case.state, damping).unwrap();
         let promised = cost - step.predicted(&case.state).0;
         let from = case.state.coords.clone();
         case.state.step(layout, &from, &step.delta);
@@ -109,7 +109,7 @@ fn a_step_is_shortened_to_where_its_model_is_least_and_never_made_longer() {
         step.fit(&case.layout, &case.state);
         step.begin(&case.layout, &case.state);
         let damping = step.scale(&case.state);
-        assert!(step.solve(&case.layout, &case.state, damping));
+        step.solve(&case.layout, &case.state, damping).unwrap();
         let whole = step.delta.clone();
         for factor in [0.01, 1e4] {
             step.delta.iter_mut().zip(&whole).for_each(|(d, w)| *d = factor * w);
@@ -143,7 +143,7 @@ fn with_guards_ranges_hold_only_what_pushes_against_them() {
         step.begin(layout, state);
         let damping = 0.05 * step.scale(state);
         step.guards.acting.aim(&state.guards, 1.0);
-        assert!(step.solve(layout, state, damping));
+        step.solve(layout, state, damping).unwrap();
         // Half the gradient of the model at the step, less what forces do.
         let mut rows = state.rows.residual.clone();
         state.rows.add_product(&step.delta, &mut rows);

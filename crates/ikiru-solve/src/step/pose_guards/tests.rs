@@ -87,7 +87,7 @@ impl Case {
             y: &mut y,
             delta: &mut delta,
         };
-        assert!(self.guards.solve(&mut base, &mut held));
+        self.guards.solve(&mut base, &mut held).unwrap();
         delta
     }
 
