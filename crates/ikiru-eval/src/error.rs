@@ -115,3 +115,9 @@ pub enum Error {
     #[error("the sampled points cannot be clustered: {0}")]
     Clustering(String),
 }
+
+impl Error {
+    pub(crate) fn course(error: impl std::error::Error) -> Self {
+        Self::Course { reason: error.to_string() }
+    }
+}

@@ -71,7 +71,7 @@ impl Course {
                     tangent[dof] = curl;
                 }
             }
-            pose.retract(&tangent).map_err(|error| wrong(&error))?;
+            pose.retract(&tangent).map_err(Error::course)?;
             pose.project();
             Ok(pose)
         };
@@ -118,7 +118,7 @@ impl Course {
 /// A motion on a built-in rig, inside its limits.
 fn onto(rig: &str, clip: &Clip) -> Result<Clip, Error> {
     let target = ikiru_formats::read(rig)?;
-    Ok(transfer(clip, &target.rig, Reference::TPose).map_err(|error| wrong(&error))?.clip)
+    Ok(transfer(clip, &target.rig, Reference::TPose).map_err(Error::course)?.clip)
 }
 
 fn led(rig: &Rig, roles: &[Role]) -> Result<Vec<JointId>, Error> {
@@ -137,8 +137,4 @@ fn to_and_fro(clip: &Clip, secs: f64) -> Result<Pose, Error> {
         clip.sample_cubic(clip.times()[0] + if along > length { 2.0 * length - along } else { along });
     pose.project();
     Ok(pose)
-}
-
-pub(super) fn wrong(error: &dyn std::error::Error) -> Error {
-    Error::Course { reason: error.to_string() }
 }

@@ -3,7 +3,6 @@
 use ikiru_rig::{JointFrame, JointId, JointMotion, Pose, Rig};
 
 use crate::error::Error;
-use crate::track::clips::wrong;
 
 /// How far targets go from the first one, relative to how far they were, where a course goes away.
 const AWAY: f64 = 1.15;
@@ -49,7 +48,7 @@ impl Course {
         let poses: Vec<Pose> =
             (0..source.n_frames.max(1)).map(|n| pose(n as f64 / source.rate_hz)).collect::<Result<_, _>>()?;
         let frames_of = |pose: &Pose| {
-            let frame = |(joint, _): &(JointId, bool)| pose.frame(*joint).map_err(|error| wrong(&error));
+            let frame = |(joint, _): &(JointId, bool)| pose.frame(*joint).map_err(Error::course);
             source.targets.iter().map(frame).collect::<Result<Vec<_>, Error>>()
         };
         let frames = poses.iter().map(frames_of).collect::<Result<Vec<_>, _>>()?;
@@ -88,7 +87,7 @@ impl Course {
 
 /// The largest turn of a joint between two poses, radians; the root of the body aside.
 pub(super) fn largest_turn(rig: &Rig, from: &Pose, to: &Pose) -> Result<f64, Error> {
-    let difference = from.difference(to).map_err(|error| wrong(&error))?;
+    let difference = from.difference(to).map_err(Error::course)?;
     let turn = |joint: JointId| {
         let dofs = &difference[rig.dofs_of(joint)];
         match rig.get(joint).map(|joint| joint.motion) {

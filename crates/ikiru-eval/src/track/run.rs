@@ -9,7 +9,6 @@ use ikiru_solve::{Problem, Solver, SolverOptions, TermId};
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::track::clips::wrong;
 use crate::track::course::{Course, largest_turn};
 
 /// How near a position must be, metres, and a rotation, radians.
@@ -123,7 +122,7 @@ fn add(problem: &mut Problem, joint: JointId, turns: bool) -> Target {
 fn judge(course: &Course, frame: usize, pose: &Pose) -> Result<Row, Error> {
     let (mut position_error, mut rotation_error) = (0.0_f64, 0.0_f64);
     for ((joint, turns), to) in course.targets.iter().zip(&course.frames[frame]) {
-        let found = pose.frame(*joint).map_err(|error| wrong(&error))?;
+        let found = pose.frame(*joint).map_err(Error::course)?;
         position_error = position_error.max(found.position.distance(to.position));
         if *turns {
             let turn = found.rotation.inverse() * to.rotation;

@@ -5,7 +5,6 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::error::Error;
-use crate::track::clips::wrong;
 use crate::track::course::{Course, Source};
 
 /// The links of the G1 that have pose targets.
@@ -56,18 +55,17 @@ impl Course {
     pub fn g1(seed: u64, rate_hz: f64, n_frames: usize) -> Result<Self, Error> {
         let fixed = ikiru_formats::read("builtin:g1")?.rig;
         let mut builder = fixed.to_builder();
-        let root = builder.free_root().map_err(|error| wrong(&error))?;
-        let rig = builder.build().map_err(|error| wrong(&error))?;
+        let root = builder.free_root().map_err(Error::course)?;
+        let rig = builder.build().map_err(Error::course)?;
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let base: Vec<Sine> = (0..6).map(|_| Sine::new(0.0, BASE, &mut random)).collect();
         let hinges: Vec<(JointId, Sine)> =
             rig.ids().filter_map(|joint| sine(&rig, joint, &mut random)).collect();
-        let targets =
-            LED.map(|name| rig.joint(name).map(|joint| (joint, true)).map_err(|error| wrong(&error)));
+        let targets = LED.map(|name| rig.joint(name).map(|joint| (joint, true)).map_err(Error::course));
         let targets = targets.into_iter().collect::<Result<_, _>>()?;
         let mut rest = rig.rest_pose();
         for (joint, sine) in &hinges {
-            rest.set_value(*joint, sine.middle).map_err(|error| wrong(&error))?;
+            rest.set_value(*joint, sine.middle).map_err(Error::course)?;
         }
         let pose = |secs: f64| {
             let mut pose = rig.rest_pose();
@@ -75,9 +73,9 @@ impl Course {
             for (dof, sine) in rig.dofs_of(root).zip(&base) {
                 tangent[dof] = sine.at(secs);
             }
-            pose.retract(&tangent).map_err(|error| wrong(&error))?;
+            pose.retract(&tangent).map_err(Error::course)?;
             for (joint, sine) in &hinges {
-                pose.set_value(*joint, sine.at(secs)).map_err(|error| wrong(&error))?;
+                pose.set_value(*joint, sine.at(secs)).map_err(Error::course)?;
             }
             Ok::<Pose, Error>(pose)
         };
