@@ -179,7 +179,7 @@ fn constraints_that_contradict_each_other_are_missed_by_least_in_sum() {
     for (n_samples, is_iterative) in [(6, false), (251, true)] {
         for wanted in [[0.1, 0.2, 0.4], [0.4, 0.1, 0.2], [-0.3, 0.5, 0.0], [0.7, -0.2, 0.6]] {
             let timeline = Timeline::seconds(1.0, f64::from(n_samples - 1)).unwrap();
-            let mut motion = MotionProblem::new(&rig, rig.ids(), timeline);
+            let mut motion = MotionProblem::whole_body(&rig, timeline);
             motion.set_smoothness([0.01; 3]).unwrap();
             let from = rig.rest_pose().frame(tip).unwrap().position;
             let way = DVec3::new(-0.1, 0.2, 0.0);
