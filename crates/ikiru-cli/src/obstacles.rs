@@ -5,7 +5,7 @@ use ikiru_scenario::{MotionScenario, Scenario, ScenarioObjective};
 use ikiru_solve::{Force, ForceBy, Hint, LimitKind, Term};
 use serde_json::{Value, json};
 
-use crate::numbers;
+use crate::numbers::{self, short};
 
 /// How many limits that are in nobody's way are listed by name.
 const MOST_LIMITS: usize = 4;
@@ -52,19 +52,22 @@ impl<'a> About<'a> {
         self.terms.get(term).is_some_and(|term| term.hard)
     }
 
-    /// The lines of a report about forces: a key and what is said. `pose` gives the pose at which an objective is told about.
+    /// The lines of a report about forces: a key and what is said. `pose` gives the pose at which a force acts.
     pub(crate) fn lines(
         &self,
         forces: &[Force],
         hint: Option<Hint>,
         success: bool,
-        pose: impl Fn(Option<usize>) -> Pose,
+        pose: impl Fn(&Force) -> Pose,
     ) -> Vec<(&'static str, String)> {
         let mut lines = Vec::new();
         let idle: Vec<String> = forces
             .iter()
             .filter_map(|force| match (force.on, force.by) {
-                (None, ForceBy::Limit { joint, kind }) => Some(limit_text(self, joint, kind, &pose(None))),
+                (None, ForceBy::Limit { joint, kind }) => {
+                    let when = force.secs.map_or_else(String::new, |secs| format!(" at {} s", short(secs)));
+                    Some(limit_text(self, joint, kind, &pose(force)) + &when)
+                }
                 _ => None,
             })
             .collect();
@@ -79,7 +82,7 @@ impl<'a> About<'a> {
             let words = match self.out_of_hand.get(term).copied().flatten() {
                 Some(joint) => format!("{}: expected a joint above it in 'active'", nothing_moves(joint)),
                 None => {
-                    let pose = pose(Some(term));
+                    let pose = pose(&of_term[0]);
                     of_term.iter().map(|force| self.words(force, &pose)).collect::<Vec<_>>().join("; ")
                 }
             };

@@ -16,11 +16,16 @@ use crate::warnings;
 
 /// What the user should know besides the result.
 pub(crate) fn warnings(scenario: &Scenario, report: &Report<'_>) -> Vec<String> {
-    let of_terms =
-        report.terms.iter().enumerate().filter_map(|(idx, term)| {
-            term.warning.map(|w| format!("objective {} ({}) {w}", idx + 1, term.kind))
-        });
-    warnings::of_scenario(&scenario.warnings).into_iter().chain(of_terms).collect()
+    warnings::of_scenario(&scenario.warnings).into_iter().chain(of_terms(report)).collect()
+}
+
+/// What of that objectives told.
+pub(crate) fn of_terms(report: &Report<'_>) -> impl Iterator<Item = String> {
+    report
+        .terms
+        .iter()
+        .enumerate()
+        .filter_map(|(idx, term)| term.warning.map(|w| format!("objective {} ({}) {w}", idx + 1, term.kind)))
 }
 
 /// The report of a solve: the objectives as a table, then what came of it. `notes` follow the time.

@@ -60,9 +60,7 @@ impl MotionScenario {
         let clock =
             timeline.times().into_iter().zip(clip.times().iter().map(|secs| stretch * secs)).collect();
         let mut report = report;
-        for term in report.terms.to_mut() {
-            term.times = term.times.map(|times| times.map(|secs| stretch * secs));
-        }
+        report.map_times(|secs| stretch * secs);
         PlannedScenario { clip: even, report, clock }
     }
 }

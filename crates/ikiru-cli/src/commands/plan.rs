@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use ikiru_formats::{motion_csv, motion_json, name_motion_rig, write_clip};
 use ikiru_rig::{Clip, Rate, RateExcess, RateLimit, RatePart, Rig};
 use ikiru_scenario::{MotionScenario, PlannedScenario};
-use ikiru_solve::{MotionWorkspace, Report};
+use ikiru_solve::{Force, MotionWorkspace, Report};
 use serde_json::{Value, json};
 
 use crate::args::{MotionFormat, PlanArgs};
@@ -39,10 +39,9 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         })
         .collect();
     let mut motion = scenario.into_motion().map_err(Failure::input)?;
-    let warnings = warnings::of_scenario(&motion.warnings);
-    for warning in &warnings {
-        output::note(format!("warning: {warning}"));
-    }
+    let mut warnings = warnings::of_scenario(&motion.warnings);
+    let warn = |warning: &String| output::note(format!("warning: {warning}"));
+    warnings.iter().for_each(warn);
     let begin = Instant::now();
     let planned = motion.plan(&mut MotionWorkspace::default());
     let time = begin.elapsed();
@@ -54,6 +53,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     if let Some(invalid) = report.invalid {
         return Err(invalid_input(&motion.name, &motion.rig, &motion.objectives, invalid));
     }
+    warnings.extend(report::of_terms(report).inspect(warn));
     let described = described(&motion, &labels, &warnings, clip, report, time);
     if args.json {
         output::print(&format!("{described}\n"))?;
@@ -219,9 +219,7 @@ fn text(
     line("time", numbers::time(time));
     // What is exceeded stands above.
     let is_told = report.success || !report.exceeded.is_empty();
-    let at = |term: Option<usize>| {
-        clip.sample(term.and_then(|term| report.terms[term].times).map_or(0.0, |times| times.worst_secs))
-    };
+    let at = |force: &Force| clip.sample(force.secs.unwrap_or_default());
     for (key, words) in About::motion(motion).lines(&report.forces, report.hint, is_told, at) {
         line(key, words);
     }

@@ -2,15 +2,15 @@
 
 use ikiru_rig::{Pose, Rig};
 
-use crate::front::solver::invalid_term;
+use crate::front::course::check_start;
 use crate::layout::Layout;
 use crate::objective::Unfit;
 use crate::problem::{Problem, TermId};
 use crate::report::TermReport;
-use crate::report::explain::{Explainer, Unmet};
+use crate::report::explain::{Explainer, Unmet, explain};
 use crate::report::force::Force;
-use crate::report::invalid::{Invalid, InvalidPose, InvalidTerm};
-use crate::report::pose::{explain, report_terms};
+use crate::report::invalid::{Invalid, InvalidPose};
+use crate::report::subject::{PoseSubject, Subject};
 use crate::state::State;
 use crate::state::gradient::whole_gradient;
 use crate::words::{Sense, Unit};
@@ -93,12 +93,13 @@ impl Evaluation {
     /// that are not finite. There are then no rows, derivatives, terms and forces, and the cost is infinite.
     pub fn at(&mut self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
         self.derivatives_at(problem, pose)?;
-        let Self { layout, state, .. } = self;
+        let Self { layout, state, terms, explainer, unmet, .. } = self;
         state.differentiate(layout, problem);
-        report_terms(layout, problem, state, &mut self.terms);
-        let success = self.terms.iter().all(|t| t.satisfied || !t.mandatory);
-        self.unmet.forget();
-        explain(layout, problem, state, &self.terms, (&mut self.explainer, &mut self.unmet), success);
+        let subject = &mut PoseSubject { layout, problem, state };
+        subject.report_terms(terms);
+        let success = terms.iter().all(|t| t.satisfied || !t.mandatory);
+        unmet.forget();
+        explain(subject, terms, (explainer, unmet), success);
         Ok(())
     }
 
@@ -149,12 +150,7 @@ impl Evaluation {
         }
         state.memory.failure = None;
         let cost = state.differentiate(layout, problem);
-        if let Some((term, reason)) = state.memory.failure.take() {
-            return Err(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
-        }
-        if !(cost + state.violation).is_finite() {
-            return Err(invalid_term(layout, state));
-        }
+        check_start(&mut PoseSubject { layout, problem, state }, cost)?;
         self.cost = cost;
         self.violation = if layout.n_guards > 0 { state.violation } else { 0.0 };
         Ok(())
@@ -167,7 +163,8 @@ impl Evaluation {
         let layout = Layout::new(problem)?;
         self.state = State::new(&layout);
         self.explainer = Explainer::new(&layout);
-        self.unmet = Unmet::new(layout.terms.len(), layout.n_coords);
+        self.unmet = Unmet::new(layout.terms.len());
+        self.unmet.fit(layout.n_coords);
         self.dofs = dofs_of(&layout, problem.rig());
         self.of_layout = vec![0.0; layout.n_dofs];
         self.n_dofs = problem.rig().n_dofs();

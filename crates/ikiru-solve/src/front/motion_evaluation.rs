@@ -2,15 +2,17 @@
 
 use ikiru_rig::{Clip, Pose};
 
+use crate::front::course::{Told, check_start};
 use crate::front::evaluation::{EvaluatedRow, dofs_of};
-use crate::layout::{Layout, Place};
-use crate::objective::{TermReads, Unfit};
+use crate::front::motion_layout::MotionLayout;
+use crate::layout::Place;
 use crate::problem::motion::MotionProblem;
-use crate::problem::{Terms, Timeline};
+use crate::problem::{TermId, Terms, Timeline};
 use crate::report::TermReport;
-use crate::report::invalid::{Invalid, InvalidPose, InvalidTerm};
-use crate::report::motion::report_terms;
-use crate::state::motion::MotionState;
+use crate::report::explain::explain;
+use crate::report::force::Force;
+use crate::report::invalid::{Invalid, InvalidPose};
+use crate::report::subject::{MotionSubject, Subject};
 
 /// Where a row's derivative lies.
 #[derive(Clone, Copy, Debug)]
@@ -27,18 +29,41 @@ enum Source {
 ///
 /// The tangents of samples lie one behind the other, [`Rig::n_dofs`](ikiru_rig::Rig::n_dofs) entries each. What no plan can
 /// change is left out: rows at samples that are given, and what they cost.
+///
+/// ```
+/// use glam::DVec3;
+/// use ikiru_rig::{Clip, Joint, JointMotion, Range, RigBuilder};
+/// use ikiru_solve::objectives::Position;
+/// use ikiru_solve::{MotionEvaluation, MotionProblem, Timeline, When};
+///
+/// let mut builder = RigBuilder::new();
+/// let motion = JointMotion::Hinge { axis: DVec3::Z, range: Range::UNLIMITED };
+/// let root = builder.add(Joint { motion, ..Joint::new("root", None) });
+/// let tip = builder.add(Joint { rest_translation: DVec3::X, ..Joint::new("tip", Some(root)) });
+/// let rig = builder.build()?;
+/// let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 4.0)?);
+/// let reach = motion.add(2.0, When::End, Position::new(tip, DVec3::new(1.0, 0.5, 0.0)))?;
+/// let mut evaluation = MotionEvaluation::default();
+/// evaluation.at(&motion, &Clip::still(rig.rest_pose()))?;
+/// assert_eq!(evaluation.cost(), 2.0 * 0.25);
+/// let missed: Vec<f64> =
+///     evaluation.rows_of(&motion, reach).map(|row| evaluation.rows()[row].residual).collect();
+/// assert_eq!(missed, [0.0, -0.5, 0.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct MotionEvaluation {
-    layout: Layout,
-    state: MotionState,
+    laid_out: MotionLayout,
     cost: f64,
+    violation: f64,
     n_dofs: usize,
     rows: Vec<EvaluatedRow>,
     sources: Vec<Source>,
     gradient: Vec<f64>,
     of_layout: Vec<f64>,
     dofs: Vec<usize>,
-    terms: Vec<TermReport>,
+    told: Told,
+    smoothness: Vec<f64>,
 }
 
 impl MotionEvaluation {
@@ -47,40 +72,33 @@ impl MotionEvaluation {
     ///
     /// # Errors
     /// What a plan would refuse: a term that does not fit or gives no finite residual, a clip of another rig or with numbers
-    /// that are not finite. There are then no rows and terms, and the cost is infinite.
+    /// that are not finite. There are then no rows, terms and forces, and the cost is infinite.
     pub fn at(&mut self, motion: &MotionProblem, clip: &Clip) -> Result<(), Invalid> {
-        self.cost = f64::INFINITY;
+        (self.cost, self.violation) = (f64::INFINITY, 0.0);
         self.rows.clear();
         self.sources.clear();
-        self.terms.clear();
+        self.told.clear();
         self.gradient.fill(0.0);
-        let unfit = |(term, unfit): (usize, Unfit)| Invalid::Term(term, unfit.into());
-        motion.check_moving(&mut TermReads::default()).map_err(unfit)?;
-        let mut led = Vec::new();
-        motion.led(&mut led);
-        if self.layout.signature.check(motion.terms(), &led).map_err(unfit)? {
-            self.state.fit(&self.layout, motion);
-        } else {
-            self.layout = Layout::with(motion.terms(), &led).map_err(unfit)?;
-            self.state = MotionState::new(&self.layout, motion);
-            self.dofs = dofs_of(&self.layout, motion.rig());
+        if self.laid_out.fit(motion)? {
+            self.dofs = dofs_of(&self.laid_out.layout, motion.rig());
+            self.told = Told::new(&self.laid_out.layout);
         }
         self.n_dofs = motion.rig().n_dofs();
         self.load(motion, clip)?;
-        let Self { layout, state, .. } = self;
+        let MotionLayout { layout, state, .. } = &mut self.laid_out;
+        let Told { terms, explainer, unmet } = &mut self.told;
         let cost = state.differentiate(layout, motion);
-        if let Some((term, reason)) = state.failure {
-            return Err(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
-        }
-        if !(cost + state.violation).is_finite() {
-            return Err(match state.not_finite(layout, motion) {
-                Some(term) => Invalid::Term(term, InvalidTerm::NotFiniteAtSample),
-                None => Invalid::Pose(InvalidPose::Cost),
-            });
-        }
-        self.cost = cost;
-        report_terms(layout, motion, state, &mut self.terms);
-        state.linearize(layout, motion);
+        // What given samples settle is left out.
+        let subject =
+            &mut MotionSubject { layout, motion, state, settled_cost: 0.0, smoothness: &mut self.smoothness };
+        check_start(subject, cost)?;
+        subject.report_terms(terms);
+        let success = terms.iter().all(|t| t.satisfied || !t.mandatory);
+        unmet.fit(subject.coords().len());
+        unmet.forget();
+        // Linearizes.
+        explain(subject, terms, (explainer, unmet), success);
+        (self.cost, self.violation) = (cost, state.violation);
         self.of_layout.resize(state.gradient.len(), 0.0);
         state.write_half_gradient(0.0, &mut self.of_layout);
         self.gradient.clear();
@@ -99,21 +117,22 @@ impl MotionEvaluation {
             return Err(Invalid::Pose(InvalidPose::OtherRig));
         }
         let timeline: &Timeline = motion.timeline();
+        let MotionLayout { layout, state, .. } = &mut self.laid_out;
         let still = motion.first_given().map_or_else(|| clip.sample(clip.times()[0]), Pose::clone);
         for t in 0..timeline.n_samples() {
             let pose = motion.given(t).map_or_else(|| clip.sample(timeline.time(t)), Pose::clone);
             // Limits have no say in what is looked at.
-            if self.state.load_as_is(&self.layout, t, &pose).is_none() {
+            if state.load_as_is(layout, t, &pose).is_none() {
                 return Err(Invalid::Pose(InvalidPose::NotFinite));
             }
         }
-        self.state.load_still(&self.layout, &still);
+        state.load_still(layout, &still);
         Ok(())
     }
 
     /// Finds the rows that are open, in the order in which they were linearized.
     fn find_rows(&mut self, motion: &MotionProblem) {
-        let Self { layout, state, rows, sources, .. } = self;
+        let Self { laid_out: MotionLayout { layout, state, .. }, rows, sources, .. } = self;
         let (mut of_step, mut of_force) = (0, 0);
         for (i, t) in state.keyed.iter().enumerate() {
             let (terms, sample) = (motion.wanted_at(*t), &state.samples[i]);
@@ -158,16 +177,22 @@ impl MotionEvaluation {
         self.cost
     }
 
+    /// By how much constraints are missed that something moves, summed up over their rows and samples (metres, radians).
+    #[must_use]
+    pub fn violation(&self) -> f64 {
+        self.violation
+    }
+
     /// What of it is smoothness: velocity, acceleration, jerk.
     #[must_use]
     pub fn smoothness(&self) -> [f64; 3] {
-        self.state.smoothness_cost
+        self.laid_out.state.smoothness_cost
     }
 
     /// What of it is even spacing.
     #[must_use]
     pub fn spacing(&self) -> f64 {
-        self.state.spacing_cost
+        self.laid_out.state.spacing_cost
     }
 
     /// The gradient of the cost by the tangents of all samples; 0 at given ones.
@@ -182,6 +207,18 @@ impl MotionEvaluation {
         &self.rows
     }
 
+    /// The numbers of a term's rows among all [rows](Self::rows), sample by sample; none where it is off, has none open, or holds
+    /// at given samples alone.
+    pub fn rows_of<T>(
+        &self,
+        motion: &MotionProblem,
+        id: TermId<T>,
+    ) -> impl Iterator<Item = usize> + use<'_, T> {
+        let term = motion.terms().position(id);
+        let is_own = move |(number, row): (usize, &EvaluatedRow)| (Some(row.term) == term).then_some(number);
+        self.rows.iter().enumerate().filter_map(is_own)
+    }
+
     /// Shows the derivative of a row's residual by what moves it: the sample, the entry of its tangent, the derivative.
     /// Nothing where there is no such row.
     pub fn jacobian(&self, row: usize, mut show: impl FnMut(usize, usize, f64)) {
@@ -190,12 +227,12 @@ impl MotionEvaluation {
             return;
         };
         let (rows, row, scale) = match *source {
-            Source::Step(row, root) if root > 0.0 => (&self.state.rows, row, 1.0 / root),
+            Source::Step(row, root) if root > 0.0 => (&self.laid_out.state.rows, row, 1.0 / root),
             // A term of weight 0 has no say, and no derivative is kept of it.
             Source::Step(..) => return,
-            Source::Force(row) => (&self.state.guards.rows, row, 1.0),
+            Source::Force(row) => (&self.laid_out.state.guards.rows, row, 1.0),
             Source::Own { sample: i, term, part, row } => {
-                let (state, layout) = (&self.state.samples[i], &self.layout);
+                let (state, layout) = (&self.laid_out.state.samples[i], &self.laid_out.layout);
                 let (t, part) = (&layout.terms[term], &layout.parts[part]);
                 for (k, dof) in self.dofs.iter().enumerate() {
                     let entry = state.entry(layout, t, part, row, k);
@@ -213,9 +250,22 @@ impl MotionEvaluation {
         }
     }
 
+    /// The entries of each sample's tangent that may move and that something reads, in the order in which a plan has them.
+    #[must_use]
+    pub fn moving(&self) -> &[usize] {
+        &self.dofs
+    }
+
     /// Every term over all its samples, as a report would have it.
     #[must_use]
     pub fn terms(&self) -> &[TermReport] {
-        &self.terms
+        &self.told.terms
+    }
+
+    /// The forces that act on this motion, as a [report](crate::Report::forces) would have them. They balance each other where
+    /// a plan converged; elsewhere they say what limits and constraints hold back.
+    #[must_use]
+    pub fn forces(&self) -> &[Force] {
+        &self.told.explainer.forces
     }
 }

@@ -2,25 +2,21 @@
 
 use std::borrow::Cow;
 
-use ikiru_rig::{Clip, JointId, Pose, RateExcess};
+use ikiru_rig::{Clip, Pose, RateExcess};
 
+use crate::front::course::{Told, check_start, conclude};
+use crate::front::motion_layout::MotionLayout;
 use crate::front::options::check_options;
 use crate::front::slower::slow_down;
 use crate::front::solver::Solver;
-use crate::layout::Layout;
 use crate::method::limited::{exceeded, known_excess};
-use crate::method::{Bar, Budget, Method};
-use crate::model::{Model, Trajectory, TrajectoryMemory};
-use crate::objective::{TermReads, Unfit};
+use crate::method::{Bar, Budget, Clock, Method};
+use crate::model::{Trajectory, TrajectoryMemory};
 use crate::problem::motion::MotionProblem;
-use crate::report::explain::{Explainer, Unmet};
-use crate::report::explain_motion::explain;
+use crate::report::Report;
 use crate::report::invalid::{Invalid, InvalidOptions, InvalidPose, InvalidTerm};
-use crate::report::motion::report_terms;
-use crate::report::{Report, TermReport};
+use crate::report::subject::MotionSubject;
 use crate::search::{Searcher, TrajectoryStarts, TrajectoryStartsMemory};
-use crate::state::motion::MotionState;
-use crate::words::StopReason;
 use crate::words::Watch;
 
 /// A planned motion. It borrows from the workspace; [`into_owned`](Self::into_owned) keeps it.
@@ -46,22 +42,17 @@ impl PlannedMotion<'_> {
 /// not allocate, but for what limits on speed and acceleration need; one of another shape is laid out anew.
 #[derive(Clone, Debug, Default)]
 pub struct MotionWorkspace {
-    layout: Layout,
-    state: MotionState,
+    laid_out: MotionLayout,
     memory: TrajectoryMemory,
     starts: TrajectoryStartsMemory,
     searcher: Searcher,
     /// The coordinates that a plan begins from.
     start: Vec<f64>,
-    led: Vec<JointId>,
-    reads: TermReads,
     /// The motion that was planned last; what does not move in it, and a sample that is looked at.
     clip: Option<Clip>,
     still: Option<Pose>,
     pose: Option<Pose>,
-    terms: Vec<TermReport>,
-    explainer: Explainer,
-    unmet: Unmet,
+    told: Told,
     smoothness: Vec<f64>,
     exceeded: Vec<RateExcess>,
     watch: Watch,
@@ -75,27 +66,23 @@ impl MotionWorkspace {
 
     /// Checks a motion, and lays it out as far as it is another one than before.
     fn fit(&mut self, motion: &MotionProblem) -> Result<(), Invalid> {
-        let unfit = |(term, unfit): (usize, Unfit)| Invalid::Term(term, unfit.into());
-        motion.check_moving(&mut self.reads).map_err(unfit)?;
-        motion.led(&mut self.led);
-        if self.layout.signature.check(motion.terms(), &self.led).map_err(unfit)? {
-            self.state.fit(&self.layout, motion);
-        } else {
-            self.layout = Layout::with(motion.terms(), &self.led).map_err(unfit)?;
-            self.state = MotionState::new(&self.layout, motion);
-            self.memory = TrajectoryMemory::new(&self.layout);
-            self.starts = TrajectoryStartsMemory::new(&self.layout);
-            self.explainer = Explainer::new(&self.layout);
-            self.unmet = Unmet::new(self.layout.terms.len(), 0);
+        let is_new = self.laid_out.fit(motion)?;
+        let MotionLayout { layout, state, .. } = &self.laid_out;
+        if is_new {
+            self.memory = TrajectoryMemory::new(layout);
+            self.starts = TrajectoryStartsMemory::new(layout);
+            self.told = Told::new(layout);
         }
-        self.memory.fit(&self.layout, &self.state);
-        self.searcher.fit(self.state.coords.len(), self.layout.n_dofs * self.state.n_samples);
+        self.memory.fit(layout, state);
+        self.searcher.fit(state.coords.len(), layout.n_dofs * state.n_samples);
+        self.told.unmet.fit(state.coords.len());
         Ok(())
     }
 
     /// Takes over a guess and what is given; says whether a guess had to be moved inside its limits.
     fn load(&mut self, motion: &MotionProblem, guess: &Clip) -> Result<bool, Invalid> {
         let timeline = motion.timeline();
+        let MotionLayout { layout, state, .. } = &mut self.laid_out;
         if !guess.rig().is_same(motion.rig()) {
             return Err(Invalid::Pose(InvalidPose::OtherRig));
         }
@@ -125,7 +112,7 @@ impl MotionWorkspace {
                 Some(given) => pose.coords_mut().copy_from_slice(given.coords()),
                 None => guess.sample_into(timeline.time(t), &mut pose),
             }
-            match self.state.load(&self.layout, t, &pose) {
+            match state.load(layout, t, &pose) {
                 Some(projected) => is_projected |= projected,
                 None => return Err(Invalid::Pose(InvalidPose::NotFinite)),
             }
@@ -137,8 +124,9 @@ impl MotionWorkspace {
             }
         }
         // Terms read what does not move as all samples have it.
-        self.state.load_still(&self.layout, &still);
-        self.start.clone_from(&self.state.coords);
+        state.load_still(layout, &still);
+        self.start.clone_from(&state.coords);
+        self.told.unmet.begin(&self.start);
         (self.clip, self.still, self.pose) = (Some(clip), Some(still), Some(pose));
         Ok(is_projected)
     }
@@ -159,18 +147,13 @@ impl Solver {
         guess: &Clip,
         workspace: &'w mut MotionWorkspace,
     ) -> PlannedMotion<'w> {
-        workspace.terms.clear();
-        workspace.explainer.forces.clear();
+        let clock = Clock::start(self.options().max_time);
+        workspace.told.clear();
         workspace.exceeded.clear();
-        match self.plan_valid(motion, guess, workspace) {
+        match self.plan_on(clock, motion, guess, workspace) {
             Ok(report) => {
-                let MotionWorkspace { clip, terms, explainer, exceeded, .. } = workspace;
-                let report = Report {
-                    terms: Cow::Borrowed(terms),
-                    forces: Cow::Borrowed(&explainer.forces),
-                    exceeded: Cow::Borrowed(exceeded),
-                    ..report
-                };
+                let MotionWorkspace { clip, told, exceeded, .. } = workspace;
+                let report = told.lend(Report { exceeded: Cow::Borrowed(exceeded), ..report });
                 let clip = clip.as_ref().map_or_else(|| Cow::Owned(guess.clone()), Cow::Borrowed);
                 PlannedMotion { clip, report }
             }
@@ -180,8 +163,9 @@ impl Solver {
         }
     }
 
-    fn plan_valid(
+    fn plan_on(
         &self,
+        clock: Clock,
         motion: &MotionProblem,
         guess: &Clip,
         workspace: &mut MotionWorkspace,
@@ -189,22 +173,16 @@ impl Solver {
         self.check_motion(motion)?;
         workspace.fit(motion)?;
         let start_projected = workspace.load(motion, guess)?;
-        let MotionWorkspace { layout, state, memory, starts, searcher, start, watch, terms, .. } = workspace;
-        let (explainer, unmet) = (&mut workspace.explainer, &mut workspace.unmet);
+        let MotionWorkspace { laid_out, memory, starts, searcher, start, watch, told, smoothness, .. } =
+            workspace;
+        let MotionLayout { layout, state, .. } = laid_out;
+        let (layout, exceeding) = (&*layout, &mut workspace.exceeded);
         let Some(clip) = &mut workspace.clip else { return Err(Invalid::Pose(InvalidPose::NotFinite)) };
-        let layout = &*layout;
-        let mut budget = Budget::new(self.options(), watch);
+        let mut budget = Budget::on(clock, self.options(), watch);
         let settled_cost = state.settled_cost(layout, motion);
         let cost = state.evaluate(layout, motion);
-        if let Some((term, reason)) = state.failure {
-            return Err(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
-        }
-        if !(cost + settled_cost + state.violation).is_finite() {
-            return Err(match state.not_finite(layout, motion) {
-                Some(term) => Invalid::Term(term, InvalidTerm::NotFiniteAtSample),
-                None => Invalid::Pose(InvalidPose::Cost),
-            });
-        }
+        let subject = &mut MotionSubject { layout, motion, state, settled_cost, smoothness };
+        check_start(subject, settled_cost + cost)?;
         if self.options().cost_below.is_none()
             && let Some(term) = state.conflict(layout, motion)
         {
@@ -216,53 +194,21 @@ impl Solver {
         let (start, is_rate_bound) = (&start[..], false);
         let model = Trajectory { layout, motion, state, memory, start, clip, is_rate_bound };
         let mut starts = TrajectoryStarts { model, memory: starts };
-        let (outcome, restarts) = searcher.run(self.options(), bar, &mut starts, cost, &mut budget);
+        let found = searcher.run(self.options(), bar, &mut starts, cost, &mut budget);
         let mut model = starts.model;
-        let failure = model.state.failure.take();
-        let mut cost = settled_cost + model.evaluate();
-        if failure.is_some() {
-            // What gave up once may give up again: the cost is what it was when this motion was found.
-            (cost, model.state.failure) = (settled_cost + outcome.cost, None);
-        }
         model.write_clip();
         let known = known_excess(&model).map(<[_]>::to_vec);
+        let subject = &mut MotionSubject { layout, motion, state, settled_cost, smoothness };
+        let report = conclude(subject, self.options(), found, budget.iterations, told, |told| {
+            *exceeding = if motion.has_free_duration() {
+                slow_down(motion, clip, told, &budget)
+            } else {
+                known.unwrap_or_else(|| exceeded(motion, clip))
+            };
+            exceeding.is_empty()
+        });
         let (smoothness, spacing) = (state.smoothness_cost, state.spacing_cost);
-        report_terms(layout, motion, state, terms);
-        let within = match self.options().cost_below {
-            Some(bar) => cost < bar && terms.iter().all(|t| t.satisfied || !t.hard),
-            None => terms.iter().all(|t| t.satisfied || !t.mandatory),
-        };
-        let hint = if within {
-            None
-        } else {
-            explain(layout, motion, state, terms, (explainer, unmet), &mut workspace.smoothness)
-        };
-        workspace.exceeded = if motion.has_free_duration() {
-            slow_down(motion, clip, terms, &budget)
-        } else {
-            known.unwrap_or_else(|| exceeded(motion, clip))
-        };
-        let success = within && workspace.exceeded.is_empty();
-        let stop = match outcome.stop {
-            _ if failure.is_some() => StopReason::ObjectiveFailed,
-            _ if success => StopReason::Reached,
-            // All that is wanted, but beyond a limit on rates.
-            StopReason::Reached => StopReason::NoProgress,
-            other => other,
-        };
-        Ok(Report {
-            success,
-            stop,
-            cost,
-            smoothness,
-            spacing,
-            iterations: budget.iterations,
-            restarts,
-            start_projected,
-            hint,
-            invalid: failure.map(|(term, reason)| Invalid::Term(term, InvalidTerm::GaveUp(reason))),
-            ..Report::EMPTY
-        })
+        Ok(Report { smoothness, spacing, start_projected, ..report })
     }
 
     fn check_motion(&self, motion: &MotionProblem) -> Result<(), Invalid> {

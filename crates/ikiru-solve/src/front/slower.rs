@@ -2,21 +2,22 @@
 
 use ikiru_rig::{Clip, RateExcess};
 
+use crate::front::course::Told;
 use crate::method::Budget;
 use crate::method::limited::exceeded;
 use crate::problem::motion::MotionProblem;
-use crate::report::TermReport;
+use crate::report::map_times;
 
 /// By how much more than needed a motion is slowed down, and how many times as long it may become.
 const SPARE: f64 = 1e-6;
 const MOST_STRETCH: f64 = 1000.0;
 
-/// Gives the poses of a clip later times, where limits on rates ask for it, and the times of the terms with them; the
+/// Gives the poses of a clip later times, where limits on rates ask for it, and the times of what is told with them; the
 /// answer is the limits that cannot be kept at any tempo. Where a budget is used up, it is slowed down as a whole.
 pub(super) fn slow_down(
     motion: &MotionProblem,
     clip: &mut Clip,
-    terms: &mut [TermReport],
+    told: &mut Told,
     budget: &Budget<'_>,
 ) -> Vec<RateExcess> {
     let limits = motion.rate_limits();
@@ -47,9 +48,7 @@ pub(super) fn slow_down(
         // What a cone stops at once is stopped at once at any tempo.
         return excess;
     }
-    for term in terms {
-        term.times = term.times.map(|times| times.map(|secs| stretch * later(secs)));
-    }
+    map_times(&mut told.terms, &mut told.explainer.forces, |secs| stretch * later(secs));
     *clip = slow;
     left
 }

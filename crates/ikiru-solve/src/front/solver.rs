@@ -2,21 +2,21 @@
 
 use ikiru_rig::Pose;
 
+use crate::front::course::{Told, check_start, conclude};
 use crate::front::options::check_options;
 use crate::layout::Layout;
-use crate::method::{Bar, Budget, Method, Outcome, SolverOptions};
+use crate::method::{Bar, Budget, Clock, Method, SolverOptions};
 use crate::model::PoseModel;
 use crate::objective::Unfit;
 use crate::problem::Problem;
 use crate::problem::term::Term;
-use crate::report::explain::{Explainer, Unmet};
+use crate::report::Report;
 use crate::report::invalid::{Invalid, InvalidOptions, InvalidPose, InvalidTerm};
-use crate::report::pose::{explain, report_terms};
-use crate::report::{Report, TermReport};
+use crate::report::subject::PoseSubject;
 use crate::search::{PoseStarts, PoseStartsMemory, Searcher};
 use crate::state::State;
 use crate::step::pose::StepSolver;
-use crate::words::{StopReason, Watch};
+use crate::words::Watch;
 
 /// Solves problems by its options. Cheap to make and to copy: memory is the [`Workspace`]'s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,9 +34,7 @@ pub struct Workspace {
     starts: PoseStartsMemory,
     searcher: Searcher,
     watch: Watch,
-    terms: Vec<TermReport>,
-    explainer: Explainer,
-    unmet: Unmet,
+    told: Told,
 }
 
 impl Workspace {
@@ -55,9 +53,8 @@ impl Workspace {
         self.step = StepSolver::new(&layout);
         self.starts = PoseStartsMemory::new(&layout);
         self.searcher.fit(layout.n_kept_coords(), layout.n_dofs);
-        self.terms = Vec::with_capacity(layout.terms.len());
-        self.explainer = Explainer::new(&layout);
-        self.unmet = Unmet::new(layout.terms.len(), layout.n_coords);
+        self.told = Told::new(&layout);
+        self.told.unmet.fit(layout.n_coords);
         self.layout = layout;
         Ok(())
     }
@@ -91,15 +88,10 @@ impl Solver {
     /// Invalid input (a target that is not finite, a pose of another rig) stops at once with
     /// [`StopReason::InvalidInput`](crate::StopReason::InvalidInput), the pose untouched.
     pub fn solve<'w>(&self, problem: &Problem, pose: &mut Pose, workspace: &'w mut Workspace) -> Report<'w> {
-        workspace.terms.clear();
-        workspace.explainer.forces.clear();
-        let fit = workspace.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit.into()));
-        let report = match fit.and_then(|()| self.check(problem, pose)) {
-            Ok(()) => self.solve_valid(problem, pose, workspace),
-            Err(invalid) => Report::invalid(invalid),
-        };
-        let (terms, forces) = (&workspace.terms[..], &workspace.explainer.forces[..]);
-        Report { terms: terms.into(), forces: forces.into(), ..report }
+        let clock = Clock::start(self.options.max_time);
+        workspace.told.clear();
+        let report = self.solve_on(clock, problem, pose, workspace);
+        workspace.told.lend(report.unwrap_or_else(Report::invalid))
     }
 
     fn check(&self, problem: &Problem, pose: &Pose) -> Result<(), Invalid> {
@@ -122,81 +114,33 @@ impl Solver {
         Ok(())
     }
 
-    fn solve_valid(&self, problem: &Problem, pose: &mut Pose, w: &mut Workspace) -> Report<'static> {
-        let Workspace { layout, state, step, starts, searcher, watch, unmet, .. } = w;
-        let mut budget = Budget::new(&self.options, watch);
+    fn solve_on(
+        &self,
+        clock: Clock,
+        problem: &Problem,
+        pose: &mut Pose,
+        workspace: &mut Workspace,
+    ) -> Result<Report<'static>, Invalid> {
+        workspace.fit(problem).map_err(|(term, unfit)| Invalid::Term(term, unfit.into()))?;
+        self.check(problem, pose)?;
+        let Workspace { layout, state, step, starts, searcher, watch, told } = workspace;
+        let mut budget = Budget::on(clock, &self.options, watch);
         if !state.load(layout, pose) {
-            return Report::invalid(Invalid::Pose(InvalidPose::NotFinite));
+            return Err(Invalid::Pose(InvalidPose::NotFinite));
         }
-        unmet.begin(&state.coords);
+        told.unmet.begin(&state.coords[..layout.n_coords]);
         let start_projected = state.project(layout);
         state.memory.failure = None;
         let cost = state.differentiate(layout, problem);
-        if let Some((term, reason)) = state.memory.failure {
-            return Report::invalid(Invalid::Term(term, InvalidTerm::GaveUp(reason)));
-        }
-        if !(cost + state.violation).is_finite() {
-            return Report::invalid(invalid_term(layout, state));
-        }
+        check_start(&mut PoseSubject { layout, problem, state }, cost)?;
         let bar = Bar::new(self.options.cost_below, problem, self.options.search.max_restarts() > 0);
         let model = PoseModel { layout, problem, state, step };
         let mut starts = PoseStarts { model, memory: starts, pose };
-        let (outcome, restarts) = searcher.run(&self.options, bar, &mut starts, cost, &mut budget);
+        let found = searcher.run(&self.options, bar, &mut starts, cost, &mut budget);
         state.store(layout, pose);
-        let iterations = budget.iterations;
-        self.summarize(problem, w, outcome, restarts, start_projected, iterations)
-    }
-
-    fn summarize(
-        &self,
-        problem: &Problem,
-        w: &mut Workspace,
-        outcome: Outcome,
-        restarts: usize,
-        start_projected: bool,
-        iterations: usize,
-    ) -> Report<'static> {
-        let failure = w.state.memory.failure.take();
-        let mut cost = if outcome.is_evaluated { outcome.cost } else { w.state.evaluate(&w.layout, problem) };
-        if failure.is_some() {
-            // What gave up once may give up again: the cost is what it was when this pose was found.
-            (cost, w.state.memory.failure) = (outcome.cost, None);
-        }
-        report_terms(&w.layout, problem, &mut w.state, &mut w.terms);
-        let success = match self.options.cost_below {
-            Some(bar) => cost < bar && w.terms.iter().all(|t| t.satisfied || !t.hard),
-            None => w.terms.iter().all(|t| t.satisfied || !t.mandatory),
-        };
-        let stop = match outcome.stop {
-            _ if failure.is_some() => StopReason::ObjectiveFailed,
-            _ if success => StopReason::Reached,
-            // The cost is as good as nothing, and yet a term of next to no weight is not met.
-            StopReason::Reached => StopReason::Converged,
-            other => other,
-        };
-        // Where the bar is a cost and it is met, nothing is in the way, and this is the hot path.
-        let is_plain =
-            success && (self.options.cost_below.is_some() || w.explainer.is_free(&w.layout, &w.state));
-        let hint = if is_plain {
-            None
-        } else {
-            let Workspace { layout, state, terms, explainer, unmet, .. } = &mut *w;
-            explain(layout, problem, state, terms, (explainer, unmet), success)
-        };
-        if success {
-            w.unmet.forget();
-        }
-        let invalid = failure.map(|(term, reason)| Invalid::Term(term, InvalidTerm::GaveUp(reason)));
-        Report { success, stop, cost, iterations, restarts, start_projected, hint, invalid, ..Report::EMPTY }
-    }
-}
-
-/// The first term whose residual is not finite.
-pub(super) fn invalid_term(layout: &Layout, state: &State) -> Invalid {
-    let bad = layout.terms.iter().find(|t| t.parts.clone().any(|p| !state.squares[p].is_finite()));
-    match bad {
-        Some(t) => Invalid::Term(t.term, InvalidTerm::NotFinite),
-        None => Invalid::Pose(InvalidPose::Cost),
+        let subject = &mut PoseSubject { layout, problem, state };
+        let report = conclude(subject, &self.options, found, budget.iterations, told, |_| true);
+        Ok(Report { start_projected, ..report })
     }
 }
 

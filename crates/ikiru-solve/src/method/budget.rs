@@ -5,6 +5,17 @@ use std::time::{Duration, Instant};
 use crate::words::StopReason;
 use crate::words::{Progress, Watch};
 
+/// The time that a solve has, from its very beginning on; no clock is read where it has no end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Clock(Option<(Instant, Duration)>);
+
+impl Clock {
+    /// Starts it.
+    pub(crate) fn start(max_time: Option<Duration>) -> Self {
+        Self(max_time.map(|most| (Instant::now(), most)))
+    }
+}
+
 /// What a whole solve may spend, and what it has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget<'a> {
@@ -12,20 +23,23 @@ pub(crate) struct Budget<'a> {
     restarts: usize,
     of_this_start: usize,
     most: usize,
-    started: Option<(Instant, Duration)>,
+    clock: Clock,
+    /// What of the time was gone before there were iterations, for laying out.
+    before: Duration,
     /// Who watches, if anybody does.
     watch: Option<&'a Watch>,
 }
 
 impl<'a> Budget<'a> {
-    /// So many iterations a start, and so much time for all.
-    pub(crate) fn of(most: usize, max_time: Option<Duration>, watch: &'a Watch) -> Self {
+    /// So many iterations a start, and the time of a clock for all. All is laid out by now, and iterations begin.
+    pub(crate) fn of(most: usize, clock: Clock, watch: &'a Watch) -> Self {
         Self {
             iterations: 0,
             restarts: 0,
             of_this_start: 0,
             most,
-            started: max_time.map(|most| (Instant::now(), most)),
+            clock,
+            before: clock.0.map_or(Duration::ZERO, |(start, _)| start.elapsed()),
             watch: watch.is_set().then_some(watch),
         }
     }
@@ -76,9 +90,10 @@ impl<'a> Budget<'a> {
 
     #[inline]
     fn is_late(&self) -> bool {
-        let Some((start, most)) = self.started else { return false };
+        let Clock(Some((start, most))) = self.clock else { return false };
         let spent = start.elapsed();
-        let mean = spent / u32::try_from(self.iterations.max(1)).unwrap_or(u32::MAX);
+        let iterating = spent.saturating_sub(self.before);
+        let mean = iterating / u32::try_from(self.iterations.max(1)).unwrap_or(u32::MAX);
         spent + mean > most
     }
 }
@@ -131,9 +146,29 @@ mod tests {
         // Two iterations took 100 seconds: another one ends after 150.
         budget.iterations = 2;
         for (most, is_late) in [(99, true), (120, true), (140, true), (170, false)] {
-            budget.started = Some((ago(100), Duration::from_secs(most)));
+            budget.clock = Clock(Some((ago(100), Duration::from_secs(most))));
             assert_eq!(budget.spend(false, 1.0), is_late.then_some(StopReason::TimeBudget), "{most}");
             assert_eq!(budget.stop(), budget.is_late().then_some(StopReason::TimeBudget));
+            budget.iterations = 2;
         }
+    }
+
+    #[test]
+    fn laying_out_takes_its_part_of_the_time_and_no_iteration_is_expected_to_take_as_long() {
+        let ago = |secs: u64| Instant::now().checked_sub(Duration::from_secs(secs)).unwrap();
+        let watch = Watch::new();
+        // Of 100 seconds laying out took 80: two iterations of 10 seconds each, and another one ends after 110.
+        for (most, is_late) in [(99, true), (109, true), (111, false)] {
+            let clock = Clock(Some((ago(80), Duration::from_secs(most))));
+            let mut budget = Budget::on(clock, &options(9, None), &watch);
+            assert!(budget.before >= Duration::from_secs(80), "{:?}", budget.before);
+            budget.clock = Clock(Some((ago(100), Duration::from_secs(most))));
+            budget.iterations = 2;
+            assert_eq!(budget.spend(false, 1.0), is_late.then_some(StopReason::TimeBudget), "{most}");
+        }
+        // Where it took all of the time, there is none.
+        let mut budget =
+            Budget::on(Clock(Some((ago(80), Duration::from_secs(70)))), &options(9, None), &watch);
+        assert_eq!(budget.spend(false, 1.0), Some(StopReason::TimeBudget));
     }
 }

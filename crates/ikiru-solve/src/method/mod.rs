@@ -13,7 +13,7 @@ pub(crate) mod outside;
 mod turn;
 
 pub(crate) use bar::Bar;
-pub(crate) use budget::Budget;
+pub(crate) use budget::{Budget, Clock};
 pub use options::{AdamOptions, Method, Search, SolverOptions};
 pub(crate) use outcome::{HELD, Outcome};
 pub use outside::{PoseMethod, Start};

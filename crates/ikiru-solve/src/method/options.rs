@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::method::{Budget, PoseMethod};
+use crate::method::{Budget, Clock, PoseMethod};
 use crate::words::Watch;
 
 /// How a single start is improved.
@@ -109,14 +109,22 @@ pub struct SolverOptions {
     pub cost_below: Option<f64>,
     /// Most iterations of one start (equation 21); 500 by default, as in the paper.
     pub max_iterations: usize,
-    /// Time budget of the whole solve (equations 23 and 24); none by default. Only where it is set is a clock read.
+    /// Time budget of the whole solve, from the call on, laying out included (equations 23 and 24); none by default. Only where it
+    /// is set is a clock read. The solve ends at most one iteration after it; what is in the way is then still explained
+    /// (about as long as an iteration), and of a motion that is not known to keep its limits on rates these are measured.
     pub max_time: Option<Duration>,
 }
 
 impl<'a> Budget<'a> {
-    /// What options let a solve spend.
+    /// What options let a solve spend, whose clock was started with it.
+    pub(crate) fn on(clock: Clock, options: &SolverOptions, watch: &'a Watch) -> Self {
+        Self::of(options.max_iterations, clock, watch)
+    }
+
+    /// The same for one that has nothing to lay out.
+    #[cfg(test)]
     pub(crate) fn new(options: &SolverOptions, watch: &'a Watch) -> Self {
-        Self::of(options.max_iterations, options.max_time, watch)
+        Self::on(Clock::start(options.max_time), options, watch)
     }
 }
 

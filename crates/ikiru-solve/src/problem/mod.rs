@@ -49,6 +49,21 @@ pub(crate) trait Terms {
     fn objective(&self, term: usize) -> &dyn Objective;
 }
 
+impl<T: Terms> Terms for &T {
+    #[inline(always)]
+    fn is_on(&self, term: usize) -> bool {
+        (**self).is_on(term)
+    }
+    #[inline(always)]
+    fn term(&self, term: usize) -> &Term {
+        (**self).term(term)
+    }
+    #[inline(always)]
+    fn objective(&self, term: usize) -> &dyn Objective {
+        (**self).objective(term)
+    }
+}
+
 impl Terms for Problem {
     #[inline(always)]
     fn is_on(&self, term: usize) -> bool {

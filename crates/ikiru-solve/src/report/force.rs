@@ -52,7 +52,7 @@ pub enum ForceBy {
     },
 }
 
-/// A force that acts on a pose.
+/// A force that acts on a pose, or on one of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -72,6 +72,9 @@ pub struct Force {
     pub amount: f64,
     /// The unit of what gives way, or is out of reach.
     pub unit: Unit,
+    /// In a motion, when: at the sample at which the term misses the most, or at which this acts the strongest where it is in
+    /// nobody's way. `None` for a pose.
+    pub secs: Option<f64>,
 }
 
 impl Force {

@@ -13,11 +13,11 @@ use crate::report::invalid::Invalid;
 use crate::words::{StopReason, Unit};
 
 pub(crate) mod explain;
-pub(crate) mod explain_motion;
 pub(crate) mod force;
+pub(crate) mod here;
 pub(crate) mod invalid;
-pub(crate) mod motion;
-pub(crate) mod pose;
+pub(crate) mod subject;
+mod terms;
 
 /// The length of one part's residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,7 +116,7 @@ pub struct TermReport {
     pub hard: bool,
     /// When it holds, in a motion.
     pub times: Option<TermTimes>,
-    /// Something odd about it that did not stop the solve of a pose; motions do not tell.
+    /// Something odd about it that did not stop the solve; in a motion at the first of its samples at which there is such.
     pub warning: Option<TermWarning>,
 }
 
@@ -177,10 +177,11 @@ pub struct Report<'a> {
     /// The terms, in the order in which they were added.
     pub terms: Cow<'a, [TermReport]>,
     /// What is in the way of each term that is not met, the worst term first and of each at most its eight strongest
-    /// forces, the strongest first; then, for a pose, the limits and constraints that act and are in nobody's way. A term is not met
+    /// forces, the strongest first; then the limits and constraints that act and are in nobody's way. A term is not met
     /// where success asks for it and it is beyond its tolerance; where that is none and the cost is not below its bar,
-    /// where it is beyond its tolerance at all, else the one that costs most. In a motion, at the sample at which the term
-    /// misses the most. Empty where a cost below `cost_below` was reached, and of a motion where the bar was met.
+    /// where it is beyond its tolerance at all, else the one that costs most. In a motion terms are explained at the sample
+    /// at which they miss the most, and what is in nobody's way is told once, at the sample at which it acts the strongest
+    /// (smoothness and limits on rates only where they are in the way). Empty where a cost below `cost_below` was reached.
     pub forces: Cow<'a, [Force]>,
     /// What would help the worst term that is not met and proven to be out of reach.
     pub hint: Option<Hint>,
@@ -244,11 +245,26 @@ impl<'a> Report<'a> {
         }
     }
 
+    /// Has all times at which terms hold and forces act be other ones, as where the motion is played more slowly.
+    pub fn map_times(&mut self, at: impl Fn(f64) -> f64) {
+        map_times(self.terms.to_mut(), self.forces.to_mut(), at);
+    }
+
     /// The report of a term; `None` where there is none: the input was invalid, or the term was removed. The id is one of the
     /// problem's that was solved, or of a copy of it.
     #[must_use]
     pub fn get<T>(&self, id: TermId<T>) -> Option<&TermReport> {
         self.terms.binary_search_by_key(&id.key, |term| term.key).ok().map(|at| &self.terms[at])
+    }
+}
+
+/// Gives what is told of terms and forces other times.
+pub(crate) fn map_times(terms: &mut [TermReport], forces: &mut [Force], at: impl Fn(f64) -> f64) {
+    for times in terms.iter_mut().filter_map(|term| term.times.as_mut()) {
+        *times = times.map(&at);
+    }
+    for secs in forces.iter_mut().filter_map(|force| force.secs.as_mut()) {
+        *secs = at(*secs);
     }
 }
 

@@ -141,6 +141,17 @@ impl MotionState {
         self.keyed.binary_search(&t).ok().map(|i| &self.samples[i])
     }
 
+    /// A state with the coordinates of a sample: as it was evaluated last where a term wants something of it.
+    pub(crate) fn stand_at(&mut self, layout: &Layout, t: usize) -> &State {
+        match self.keyed.binary_search(&t) {
+            Ok(i) => &self.samples[i],
+            Err(_) => {
+                copy_sample(layout, &self.coords, t, &mut self.other);
+                &self.other
+            }
+        }
+    }
+
     /// The cost of the terms that given samples settle. It is a constant of the motion, which [`evaluate`](Self::evaluate)
     /// leaves out: what no step can change must not say how much a step is worth.
     pub(crate) fn settled_cost(&mut self, layout: &Layout, motion: &MotionProblem) -> f64 {
@@ -175,21 +186,41 @@ impl MotionState {
         &mut self,
         layout: &Layout,
         motion: &MotionProblem,
-        see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
+        mut see: impl FnMut(&mut State, &SampleTerms<'_>, usize) -> bool,
     ) {
         let Self { settled, coords, earlier, other, .. } = self;
-        visit(layout, coords, earlier, other, settled, |t| motion.settled_at(t), see);
+        for &t in &*settled {
+            let terms = motion.settled_at(t);
+            enter(layout, coords, earlier, t, other);
+            // Another sample has other targets.
+            other.forget_constants();
+            other.evaluate(layout, &terms);
+            if !see(other, &terms, t) {
+                return;
+            }
+        }
     }
 
-    /// The same of samples at which terms would hold that are switched off.
-    pub(crate) fn visit_off(
+    /// Shows every sample at which terms hold, with those: the ones that are wanted, as they were evaluated last; the ones
+    /// that given samples settle; and the ones that are switched off, of which nothing is measured.
+    pub(crate) fn visit_held(
         &mut self,
         layout: &Layout,
         motion: &MotionProblem,
-        see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
+        mut see: impl FnMut(&mut State, &SampleTerms<'_>, usize),
     ) {
-        let Self { off, coords, earlier, other, .. } = self;
-        visit(layout, coords, earlier, other, off, |t| motion.off_at(t), see);
+        for (t, sample) in self.keyed.iter().zip(&mut self.samples) {
+            see(sample, &motion.wanted_at(*t), *t);
+        }
+        self.visit_settled(layout, motion, |state, terms, t| {
+            see(state, terms, t);
+            true
+        });
+        for &t in &self.off {
+            enter(layout, &self.coords, &mut self.earlier, t, &mut self.other);
+            self.other.forward(layout);
+            see(&mut self.other, &motion.off_at(t), t);
+        }
     }
 
     /// The cost of the whole motion but for what is [settled](Self::settled_cost), with that of limits on rates while
@@ -420,7 +451,7 @@ impl MotionState {
             bad.is_none()
         };
         self.visit_wanted(motion, &mut look);
-        self.visit_settled(layout, motion, &mut look);
+        self.visit_settled(layout, motion, |sample, terms, t| look(sample, terms, t));
         bad
     }
 }
@@ -437,27 +468,6 @@ fn enter(layout: &Layout, coords: &[f64], earlier: &mut [State], t: usize, state
     for (back, earlier) in earlier.iter_mut().enumerate().take(t) {
         copy_sample(layout, coords, t - 1 - back, earlier);
         state.set_earlier(layout, back, earlier);
-    }
-}
-
-/// Evaluates one sample after the other, and shows each with its terms.
-fn visit<'a>(
-    layout: &Layout,
-    coords: &[f64],
-    earlier: &mut [State],
-    other: &mut State,
-    samples: &[usize],
-    terms: impl Fn(usize) -> SampleTerms<'a>,
-    mut see: impl FnMut(&State, &SampleTerms<'_>, usize) -> bool,
-) {
-    for &t in samples {
-        let terms = terms(t);
-        enter(layout, coords, earlier, t, other);
-        other.forget_constants();
-        other.evaluate(layout, &terms);
-        if !see(other, &terms, t) {
-            return;
-        }
     }
 }
 

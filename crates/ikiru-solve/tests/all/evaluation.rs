@@ -1,11 +1,12 @@
 //! What users are told of a pose and of a trajectory: cost and rows again by central differences, and against solves.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::DVec3;
 use ikiru_rig::{Clip, JointId, Pose};
 use ikiru_solve::objectives::{Bound, Distance, PoseTarget, Position, RestPose};
 use ikiru_solve::{
     EvaluatedRow, Evaluation, Invalid, InvalidPose, InvalidTerm, Loss, MotionEvaluation, MotionProblem,
-    Problem, Solver, Timeline, When,
+    MotionWorkspace, PlannedMotion, Problem, Solver, Timeline, When,
 };
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -213,5 +214,97 @@ fn derivatives_over_a_trajectory_are_central_differences() {
         let given: f64 = evaluation.gradient()[..first * n].iter().map(|g| g.abs()).sum();
         assert!(given == 0.0 && evaluation.smoothness().iter().all(|cost| *cost > 0.0));
         assert!(evaluation.spacing() > 0.0 && evaluation.terms().len() == 5);
+    }
+}
+
+/// A motion of that problem, and how it is planned.
+fn planned(case: u64, random: &mut Random) -> (MotionProblem, PlannedMotion<'static>) {
+    let base = problem(case, random);
+    let rig = base.rig().clone();
+    let when = [When::End, When::At(0.5), When::Throughout, When::Throughout, When::Throughout];
+    let timeline = Timeline::seconds(1.0, 4.0).unwrap();
+    let mut motion = MotionProblem::from_problem(base, timeline, &when).unwrap();
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    let guess = Clip::still(rig.rest_pose());
+    let planned = Solver::default().plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
+    (motion, planned)
+}
+
+#[test]
+fn of_a_motion_it_says_what_a_report_says() {
+    let mut random = Random::new(4);
+    let mut evaluation = MotionEvaluation::default();
+    let (mut n_forces, mut n_others, mut n_missed) = (0, 0, 0);
+    for case in 0..40 {
+        let (motion, planned) = planned(case, &mut random);
+        let report = &planned.report;
+        assert!(report.invalid.is_none(), "{:?}", report.invalid);
+        evaluation.at(&motion, &planned.clip).unwrap();
+        assert!((evaluation.cost() - report.cost).abs() <= 1e-9 * report.cost, "case {case}");
+        assert_eq!(evaluation.terms(), &report.terms[..]);
+        assert_eq!(evaluation.forces().len(), report.forces.len(), "case {case}");
+        for (a, b) in evaluation.forces().iter().zip(&*report.forces) {
+            assert_eq!((a.on, a.by, a.secs), (b.on, b.by, b.secs), "case {case}");
+            assert!(
+                (a.share - b.share).abs() < 1e-6 && (a.amount - b.amount).abs() < 1e-6 * (1.0 + b.amount)
+            );
+            n_others += usize::from(a.on.is_none());
+        }
+        n_forces += report.forces.len();
+        // What hard rows miss, over all samples.
+        let hard = evaluation.rows().iter().filter(|row| row.weight.is_none() && !row.is_constant);
+        let missed: f64 = hard.map(|row| row.sense.missing(row.residual).abs()).sum();
+        assert!((evaluation.violation() - missed).abs() <= 1e-12 * missed, "case {case}");
+        n_missed += usize::from(missed > 1e-3);
+    }
+    assert!(n_forces > 100 && n_others > 5 && n_missed > 3, "{n_forces} {n_others} {n_missed}");
+    // Nothing of it is left after what a plan would refuse.
+    let (mut motion, planned) = planned(2, &mut random);
+    motion.add(1.0, When::End, Position::new(JointId::from_index(0), DVec3::NAN)).unwrap();
+    assert!(matches!(evaluation.at(&motion, &planned.clip), Err(Invalid::Term(5, InvalidTerm::Unfit(_)))));
+    assert!(evaluation.forces().is_empty() && evaluation.terms().is_empty());
+    assert_eq!((evaluation.cost(), evaluation.violation()), (f64::INFINITY, 0.0));
+}
+
+#[test]
+fn the_rows_of_a_term_are_found_at_all_its_samples_and_what_moves_is_named() {
+    let mut random = Random::new(5);
+    let mut evaluation = MotionEvaluation::default();
+    for case in 0..20 {
+        let rig = random_rig(8, case);
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 4.0).unwrap());
+        motion.fix_start(&rig.rest_pose()).unwrap();
+        let [tip, other] = [7, 4].map(JointId::from_index);
+        let end = motion.add(1.0, When::End, Position::new(tip, DVec3::ONE)).unwrap();
+        let all = motion.add(0.5, When::Throughout, Position::new(other, DVec3::Y)).unwrap();
+        let held = motion.add(1.0, When::At(0.0), Position::new(tip, DVec3::X)).unwrap();
+        let off = motion.add(1.0, When::End, Position::new(tip, DVec3::X)).unwrap();
+        motion.term_mut(off).is_on = false;
+        let clip = Clip::still(random_pose(&rig, &mut random));
+        evaluation.at(&motion, &clip).unwrap();
+        let rows = |id| -> Vec<usize> { evaluation.rows_of(&motion, id).collect() };
+        let at = |rows: &[usize]| -> Vec<usize> {
+            rows.iter().map(|row| evaluation.rows()[*row].sample).collect()
+        };
+        assert_eq!(at(&rows(end)), [4; 3]);
+        assert_eq!(at(&rows(all)), [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]);
+        assert!(rows(held).is_empty() && rows(off).is_empty());
+        let mut both = [rows(end), rows(all)].concat();
+        both.sort_unstable();
+        assert_eq!(both, (0..evaluation.rows().len()).collect::<Vec<_>>());
+        let is_of = |row: &usize, term: usize| evaluation.rows()[*row].term == term;
+        assert!(rows(end).iter().all(|row| is_of(row, 0)) && rows(all).iter().all(|row| is_of(row, 1)));
+        // What moves is what rows have derivatives by, at each sample as at all others.
+        let mut by_rows = vec![false; rig.n_dofs()];
+        for row in 0..evaluation.rows().len() {
+            evaluation.jacobian(row, |_, dof, entry| by_rows[dof] |= entry != 0.0);
+        }
+        let moves = |dof: usize| evaluation.moving().contains(&dof);
+        assert!((0..rig.n_dofs()).all(|dof| moves(dof) || !by_rows[dof]), "case {case}");
+        let mut of_pose = Evaluation::default();
+        of_pose.at(motion.terms(), &rig.rest_pose()).unwrap();
+        assert_eq!(evaluation.moving(), of_pose.moving(), "case {case}");
+        motion.remove(end);
+        assert_eq!(evaluation.rows_of(&motion, end).count(), 0);
     }
 }

@@ -3,15 +3,14 @@
 
 use std::f64::consts::PI;
 
-use crate::common::{place, plan};
+use crate::common::place;
 use glam::{DQuat, DVec2, DVec3};
-use ikiru_rig::{Cone, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit, RatePart, Rig, RigBuilder};
+use ikiru_rig::{Cone, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{
     Bound, Coupling, Direction, Distance, Orientation, PoseTarget, Position, RestPose,
 };
 use ikiru_solve::{
-    Force, ForceBy, LimitKind, Loss, MotionProblem, Problem, Search, Solver, SolverOptions, StopReason,
-    TermId, Timeline, Tolerance, Unit, When,
+    Force, ForceBy, LimitKind, Loss, Problem, Search, Solver, SolverOptions, StopReason, TermId, Unit,
 };
 use ikiru_testkit::allocations::count;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
@@ -51,7 +50,7 @@ pub(crate) fn force(forces: &[Force], on: usize, by: ForceBy) -> Force {
 }
 
 /// Minus the slope of a function at 0.
-fn saved(cost: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn saved(cost: impl Fn(f64) -> f64) -> f64 {
     let h = 1e-4;
     (cost(-h) - cost(h)) / (2.0 * h)
 }
@@ -401,80 +400,4 @@ fn explaining_does_not_allocate() {
         }
         assert!(n_forces > 0, "case {case}");
     }
-}
-
-#[test]
-fn motions_tell_what_is_in_the_way_at_the_worst_sample() {
-    let (rig, ids) = chain(&[(0.4, Range::new(-PI, 0.5)), (0.3, Range::new(-0.1, 0.1))]);
-    let guess = rig.rest_pose();
-    let line = Timeline::seconds(1.0, 10.0).unwrap();
-    // Beyond the limits of both hinges.
-    let mut motion = MotionProblem::whole_body(&rig, line);
-    let target = DVec3::new(0.0, 0.7, 0.0);
-    motion.add(1.0, When::At(1.0), Position::new(ids[2], target)).unwrap();
-    motion.set_smoothness([1e-6; 3]).unwrap();
-    let planned = plan(SolverOptions::default(), &motion, &guess);
-    let limits =
-        planned.report.forces.iter().filter(|f| f.on == Some(0) && matches!(f.by, ForceBy::Limit { .. }));
-    assert!(limits.map(|f| f.share).sum::<f64>() > 0.99, "{:?}", planned.report.forces);
-    // A weight that smoothness outweighs.
-    let mut motion = MotionProblem::whole_body(&rig, line);
-    motion.fix_start(&guess).unwrap();
-    motion.add(1e-3, When::At(0.1), Position::new(ids[2], DVec3::new(0.65, 0.2, 0.0))).unwrap();
-    let planned = plan(SolverOptions::default(), &motion, &guess);
-    let smooth = force(&planned.report.forces, 0, ForceBy::Smoothness);
-    assert!(smooth.share > 0.99 && planned.report.forces[0] == smooth, "{:?}", planned.report.forces);
-    // Time that does not suffice.
-    let mut motion = MotionProblem::whole_body(&rig, line);
-    motion.fix_start(&guess).unwrap();
-    motion.set_smoothness([1e-6; 3]).unwrap();
-    motion.add(1.0, When::At(0.1), Position::new(ids[2], DVec3::new(0.65, 0.2, 0.0))).unwrap();
-    let slow = ids[..2].iter().map(|joint| RateLimit {
-        joint: *joint,
-        part: RatePart::Rotation,
-        rate: Rate::Speed,
-        most: 0.2,
-    });
-    motion.set_rate_limits(&slow.collect::<Vec<_>>()).unwrap();
-    let planned = plan(SolverOptions::default(), &motion, &guess);
-    let rates = force(&planned.report.forces, 0, ForceBy::RateLimits);
-    assert!(rates.share > 0.9, "{:?}", planned.report.forces);
-    // A constraint that holds throughout, and one that it contradicts.
-    let mut motion = MotionProblem::whole_body(&rig, line);
-    motion.set_smoothness([1e-6; 3]).unwrap();
-    motion.add(1.0, When::At(1.0), Position::new(ids[2], DVec3::new(0.65, 0.2, 0.0))).unwrap();
-    let coupling = |at: f64| Coupling::new(&rig, &[(ids[0], None, 1.0)], Bound::AtMost(at)).unwrap();
-    let most = motion.add(1.0, When::Throughout, coupling(0.1)).unwrap();
-    (motion.term_mut(most).hard, motion.term_mut(most).tolerance) = (true, Tolerance::HARD);
-    let planned = plan(SolverOptions::default(), &motion, &guess);
-    let held = force(&planned.report.forces, 0, ForceBy::Term(1));
-    assert!(held.share > 0.5 && planned.report.forces[0] == held, "{:?}", planned.report.forces);
-    let least = Coupling::new(&rig, &[(ids[0], None, 1.0)], Bound::AtLeast(0.3)).unwrap();
-    let least = motion.add(1.0, When::At(1.0), least).unwrap();
-    (motion.term_mut(least).hard, motion.term_mut(least).tolerance) = (true, Tolerance::HARD);
-    let planned = plan(SolverOptions::default(), &motion, &guess);
-    // Anywhere between the two they miss the same in sum; a third one says where, and each of the two names the other.
-    let end = planned.clip.poses()[10].value(ids[0]).unwrap();
-    assert!((0.1 - 1e-6..0.3 + 1e-6).contains(&end), "{end}");
-    let between = Coupling::new(&rig, &[(ids[0], None, 1.0)], Bound::Exactly(0.2)).unwrap();
-    motion.add_hard(When::At(1.0), between).unwrap();
-    let planned = plan(SolverOptions::default(), &motion, &guess);
-    for (on, by) in [(1, 2), (2, 1)] {
-        assert!(
-            force(&planned.report.forces, on, ForceBy::Term(by)).share > 0.9,
-            "{:?}",
-            planned.report.forces
-        );
-    }
-    // Out of reach by a known distance; of a motion that meets all, nothing is told.
-    let mut motion = MotionProblem::whole_body(&rig, line);
-    motion.add(1.0, When::Throughout, Position::new(ids[2], DVec3::X * 1.0)).unwrap();
-    let planned = plan(SolverOptions::default(), &motion, &guess);
-    let reach = force(&planned.report.forces, 0, ForceBy::Reach { is_proven: true });
-    assert!((reach.amount - 0.3).abs() < 1e-9 && reach.share > 0.99, "{reach:?}");
-    assert_eq!(planned.report.hint, None, "a hinge that is the root cannot float");
-    let mut motion = MotionProblem::whole_body(&rig, line);
-    motion.add(1.0, When::At(1.0), Position::new(ids[2], DVec3::X * 0.7)).unwrap();
-    let planned = plan(SolverOptions::default(), &motion, &guess);
-    assert!(planned.report.success && planned.report.forces.is_empty());
 }

@@ -15,6 +15,7 @@ mod hard_motions;
 mod lanes;
 mod motion;
 mod motion_cones;
+mod motion_forces;
 mod motion_given;
 mod no_allocation;
 mod outside;

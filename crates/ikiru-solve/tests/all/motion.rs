@@ -6,8 +6,8 @@ use glam::{DQuat, DVec3};
 use ikiru_rig::{Clip, Joint, JointId, JointMotion, Pose, RigBuilder};
 use ikiru_solve::objectives::{Direction, LookAt, Orientation, Position, RestPose};
 use ikiru_solve::{
-    Invalid, Loss, Method, MotionError, MotionProblem, MotionWorkspace, Problem, Search, Solver,
-    SolverOptions, StopReason, Timeline, TimelineError, When,
+    Invalid, Loss, Method, MotionError, MotionProblem, MotionWorkspace, Objective, Part, Problem, Reads,
+    Rows, Search, Solver, SolverOptions, StopReason, Timeline, TimelineError, Unfit, Unit, View, When,
 };
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
@@ -398,4 +398,71 @@ fn at_rest_a_motion_sets_in_and_ends_softly() {
     let [_, of_acceleration, of_jerk] = soft.report.smoothness;
     assert!((of_acceleration - 0.01 * acceleration).abs() < 1e-9 * of_acceleration);
     assert!((of_jerk - 0.1 * jerk).abs() < 1e-9 * of_jerk);
+}
+
+#[test]
+fn what_an_objective_finds_odd_is_told_of_motions_as_of_poses() {
+    let (rig, hand) = arm(100.0);
+    let root = JointId::from_index(0);
+    let at_root = rig.rest_pose().frame(root).unwrap().position;
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
+    motion.set_smoothness([1e-6; 3]).unwrap();
+    // The root's own origin at 0.5 s alone, and never.
+    let passes = |secs: f64| if (secs - 0.5).abs() < 0.01 { at_root } else { at_root + DVec3::X };
+    let odd =
+        motion.add_moving(1.0, When::Throughout, |secs| LookAt::new(root, DVec3::X, passes(secs))).unwrap();
+    let plain = motion.add(1.0, When::End, LookAt::new(hand, DVec3::X, DVec3::Y * 2.0)).unwrap();
+    // Found odd at samples that are given, and where it is switched off, as well.
+    motion.fix_start(&rig.rest_pose()).unwrap();
+    let settled = motion.add(1.0, When::At(0.0), LookAt::new(root, DVec3::X, at_root)).unwrap();
+    let off = motion.add(1.0, When::At(0.3), LookAt::new(root, DVec3::X, at_root)).unwrap();
+    motion.term_mut(off).is_on = false;
+    let report = plan(SolverOptions::default(), &motion, &rig.rest_pose()).report;
+    let told = [report[odd].warning, report[settled].warning, report[off].warning];
+    assert!(told.iter().all(Option::is_some) && report[plain].warning.is_none(), "{:?}", report.terms);
+    // What was odd on the way, and is so no more at the end, is not told.
+    let mut moved = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
+    moved.set_smoothness([1e-6; 3]).unwrap();
+    let from = rig.rest_pose().frame(hand).unwrap().position;
+    let id = moved.add(1e-6, When::End, LookAt::new(hand, DVec3::X, from)).unwrap();
+    moved.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, 0.5, 0.2))).unwrap();
+    let report =
+        plan(SolverOptions { max_iterations: 0, ..Default::default() }, &moved, &rig.rest_pose()).report;
+    assert!(report[id].warning.is_some());
+    let report = plan(SolverOptions::default(), &moved, &rig.rest_pose()).report;
+    assert_eq!(report[id].warning, None);
+}
+
+/// Gives up wherever it is asked.
+#[derive(Clone, Debug)]
+struct GivesUp(JointId);
+
+impl Objective for GivesUp {
+    fn kind(&self) -> &'static str {
+        "gives_up"
+    }
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        reads.frame(self.0)?;
+        reads.part(Part::new(1, Unit::Metres))
+    }
+    fn check(&self) -> Result<(), Unfit> {
+        Ok(())
+    }
+    fn evaluate(&self, _: &View<'_>, rows: &mut Rows<'_>) {
+        rows.fail("gave up");
+    }
+}
+
+#[test]
+fn what_is_switched_off_may_give_up_without_spoiling_the_next_plan() {
+    let (rig, hand) = arm(100.0);
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
+    let off = motion.add(1.0, When::End, GivesUp(hand)).unwrap();
+    motion.term_mut(off).is_on = false;
+    motion.add(1.0, When::End, Position::new(hand, DVec3::new(0.4, 0.5, 0.2))).unwrap();
+    let mut workspace = MotionWorkspace::default();
+    for _ in 0..3 {
+        let planned = Solver::default().plan(&motion, &still(&rig.rest_pose()), &mut workspace);
+        assert!(planned.report.success, "{:?}", planned.report);
+    }
 }

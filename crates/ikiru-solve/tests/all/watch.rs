@@ -1,15 +1,17 @@
-//! Solves and plans that are watched: they say how they get on, and end when they are told to.
+//! Solves and plans that are watched: they say how they get on, and end when they are told to, or when their time is over.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use glam::DVec3;
 use ikiru_rig::{Clip, JointId, Pose, Rate, RateLimit, RatePart, Rig};
 use ikiru_solve::objectives::Position;
 use ikiru_solve::{
-    AdamOptions, Method, MotionProblem, MotionWorkspace, Problem, Progress, Search, Solver, SolverOptions,
-    StopReason, Timeline, Watch, When,
+    AdamOptions, Method, MotionProblem, MotionWorkspace, Objective, Part, Problem, Progress, Reads, Rows,
+    Search, Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, Watch, When, Workspace,
 };
 use ikiru_testkit::rigs::random_rig;
 
@@ -128,12 +130,59 @@ fn a_flag_ends_a_plan_at_most_one_iteration_later_also_inside_limits_on_rates() 
     }
 }
 
+/// A point that takes its time to be laid out, and none to be evaluated.
+#[derive(Clone, Debug)]
+struct Slow(JointId);
+
+const LAYING_OUT: Duration = Duration::from_millis(30);
+
+impl Objective for Slow {
+    fn kind(&self) -> &'static str {
+        "slow"
+    }
+    fn reads(&self, reads: &mut Reads<'_>) -> Result<(), Unfit> {
+        std::thread::sleep(LAYING_OUT);
+        reads.frame(self.0)?;
+        reads.part(Part::new(1, Unit::Metres))
+    }
+    fn check(&self) -> Result<(), Unfit> {
+        Ok(())
+    }
+    fn evaluate(&self, view: &View<'_>, rows: &mut Rows<'_>) {
+        let first = rows.open(0, [view.frame(0).origin.value().x - 9.0]);
+        if rows.wants_jacobian() {
+            rows.by_frame(first, 0)[0] = 1.0;
+        }
+    }
+}
+
+#[test]
+fn laying_out_is_part_of_a_time_budget_and_the_answer_is_explained_after_it() {
+    let rig = random_rig(6, 3);
+    let mut problem = Problem::whole_body(&rig);
+    problem.add(1.0, Slow(tip(&rig)));
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 5.0).unwrap());
+    motion.add(1.0, When::End, Slow(tip(&rig))).unwrap();
+    for (max_time, is_late) in [(Some(LAYING_OUT / 2), true), (None, false)] {
+        let solver = Solver::new(SolverOptions { max_time, ..SolverOptions::default() });
+        let mut workspace = Workspace::default();
+        let solved = solver.solve(&problem, &mut rest(&rig), &mut workspace);
+        let mut workspace = MotionWorkspace::default();
+        let planned = solver.plan(&motion, &Clip::still(rest(&rig)), &mut workspace);
+        for report in [&solved, &planned.report] {
+            assert_eq!(report.stop == StopReason::TimeBudget, is_late, "{report:?}");
+            assert_eq!(report.iterations == 0, is_late);
+            assert!(!is_late || report.forces.iter().any(|force| force.on == Some(0)), "{report:?}");
+        }
+    }
+}
+
 #[test]
 #[ignore = "a measurement"]
 #[allow(clippy::print_stderr, reason = "a measurement prints what it finds")]
 fn how_late_a_plan_inside_many_limits_on_rates_is() {
     use ikiru_rig::{Joint, JointMotion, RigBuilder};
-    use std::time::{Duration, Instant};
+    use std::time::Instant;
 
     let mut builder = RigBuilder::new();
     let mut last = None;

@@ -1,13 +1,13 @@
 //! What is proven to be out of reach, and what would help.
 
-use ikiru_rig::{JointId, Rig};
+use ikiru_rig::JointId;
 
 use crate::layout::{Layout, NONE, TermLayout};
 use crate::objective::Reach;
 use crate::problem::Terms;
 use crate::report::explain::reach::{Chain, common};
 use crate::report::force::Hint;
-use crate::state::State;
+use crate::report::here::Here;
 
 /// The node, the joint and where it is wanted, of a term that wants a point at a place.
 fn wanted(layout: &Layout, terms: &impl Terms, t: &TermLayout) -> Option<(u32, JointId, Reach)> {
@@ -18,19 +18,15 @@ fn wanted(layout: &Layout, terms: &impl Terms, t: &TermLayout) -> Option<(u32, J
 }
 
 /// How far out of reach a term is, where that is proven; else 0.
-pub(super) fn missed_distance(layout: &Layout, state: &State, terms: &impl Terms, t: &TermLayout) -> f64 {
+pub(super) fn missed_distance(here: &Here<'_, impl Terms>, t: &TermLayout) -> f64 {
+    let Here { layout, state, ref terms, .. } = *here;
     let Some((node, _, reach)) = wanted(layout, terms, t) else { return 0.0 };
     Chain::above(layout, state, node, reach.point, NONE).map_or(0.0, |chain| chain.misses(reach.target))
 }
 
 /// What would help a term that is proven to be out of reach.
-pub(crate) fn hint(
-    layout: &Layout,
-    state: &State,
-    terms: &impl Terms,
-    rig: &Rig,
-    term: usize,
-) -> Option<Hint> {
+pub(super) fn hint(here: &Here<'_, impl Terms>, term: usize) -> Option<Hint> {
+    let Here { layout, rig, state, ref terms, .. } = *here;
     let t = layout.terms.get(term)?;
     let (node, joint, reach) = wanted(layout, terms, t)?;
     let root = rig.root().filter(|root| rig.ancestors(joint).any(|above| above == *root))?;

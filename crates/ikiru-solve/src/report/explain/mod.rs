@@ -12,6 +12,7 @@ use std::ops::Range;
 use crate::layout::{Layout, TermLayout};
 use crate::problem::Terms;
 use crate::report::force::{Force, ForceBy};
+use crate::report::here::Here;
 use crate::state::State;
 use crate::words::Unit;
 
@@ -20,11 +21,12 @@ mod hint;
 mod pulls;
 mod reach;
 mod unmet;
+mod why;
 
 use balance::{Balance, dot, most_limits};
-pub(crate) use hint::hint;
 use hint::missed_distance;
-pub(crate) use unmet::{Standing, Unmet};
+pub(crate) use unmet::Unmet;
+pub(crate) use why::{explain, is_free};
 
 /// At most so many forces are told of one term, the strongest.
 const MOST_FORCES: usize = 8;
@@ -60,24 +62,6 @@ impl Pull {
     }
 }
 
-/// Whose forces are to be balanced.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Of {
-    /// Those of wishes, by constraints too.
-    Wishes,
-    /// Those of constraints that are not met.
-    UnmetConstraints,
-}
-
-/// What pulls besides the terms of one pose.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Beside<'a> {
-    /// The gradient of smoothness.
-    pub(crate) smoothness: &'a [f64],
-    /// Whether what is not balanced is held by limits on rates.
-    pub(crate) holds_rates: bool,
-}
-
 /// Memory, and what was found.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Explainer {
@@ -91,6 +75,8 @@ pub(crate) struct Explainer {
     /// Squares of the lengths of rows.
     squares: Vec<f64>,
     found: Vec<Force>,
+    /// What is in nobody's way, so far.
+    others: Vec<Force>,
     /// The forces, as the report has them.
     pub(crate) forces: Vec<Force>,
 }
@@ -109,28 +95,27 @@ impl Explainer {
             of_term: vec![0.0; n],
             squares: vec![0.0; layout.n_all_rows()],
             found: Vec::with_capacity(n_found),
+            others: Vec::with_capacity(n_found),
             forces: Vec::with_capacity(n_found + MOST_FORCES * n_terms),
         }
     }
 
-    /// Whether nothing can act at a pose that meets all terms.
-    pub(crate) fn is_free(&mut self, layout: &Layout, state: &State) -> bool {
-        self.balance.begin(layout, state);
-        self.balance.limits.is_empty() && layout.n_guards == 0
+    /// Whether nothing can act at a sample where all terms are met.
+    fn is_free<T>(&mut self, here: &Here<'_, T>) -> bool {
+        self.balance.begin(here.layout, here.state);
+        self.balance.limits.is_empty() && here.layout.n_guards == 0
     }
 
     /// Tells what is in the way of one term, the strongest first; `stays` stays the first unless another one is clearly
     /// stronger. The answer is the first.
     pub(crate) fn explain(
         &mut self,
-        layout: &Layout,
-        state: &State,
-        terms: &impl Terms,
+        here: &Here<'_, impl Terms>,
         term: usize,
-        beside: Option<Beside<'_>>,
         stays: Option<ForceBy>,
     ) -> Option<ForceBy> {
-        let t = layout.terms.get(term).filter(|t| terms.is_on(t.term))?;
+        let Here { layout, state, secs, .. } = *here;
+        let t = layout.terms.get(term).filter(|t| here.terms.is_on(t.term))?;
         let n = layout.n_dofs;
         self.of_term.fill(0.0);
         // What the pull would be if all that is missed could be moved as well as what moves best.
@@ -142,19 +127,19 @@ impl Explainer {
             most += pushes * if own > 0.0 { own } else { longest };
         }
         let length = dot(&self.of_term, &self.of_term).sqrt();
-        let missing = missed_distance(layout, state, terms, t);
+        let missing = missed_distance(here, t);
         let (missed, unit) = missed(layout, state, t);
         let from_here = if most > 0.0 { (1.0 - length / most.sqrt() / LEAST_PULL).max(0.0) } else { 1.0 };
         let proven = if missing > 0.0 { (missing / missed).min(1.0) } else { 0.0 };
         let by_reach = proven.max(from_here);
-        self.find(layout, Some(term), beside);
+        self.find(here, Some(term));
         let sum: f64 = self.found.iter().map(|force| force.share).sum();
         let scale = (1.0 - by_reach) / sum.max(1.0);
         self.found.iter_mut().for_each(|force| force.share *= scale);
         let is_proven = missing > 0.0;
         let amount = if is_proven { missing } else { missed };
         let by = ForceBy::Reach { is_proven };
-        self.found.push(Force { on: Some(term), by, share: by_reach, amount, unit });
+        self.found.push(Force { on: Some(term), by, share: by_reach, amount, unit, secs });
         self.found.retain(|force| force.share >= LEAST_SHARE);
         strongest_first(&mut self.found);
         self.found.truncate(MOST_FORCES);
@@ -167,11 +152,11 @@ impl Explainer {
         self.found.first().map(|force| force.by)
     }
 
-    /// Tells the limits and constraints that act and are in nobody's way.
-    pub(crate) fn explain_others(&mut self, layout: &Layout, state: &State, beside: Option<Beside<'_>>) {
+    /// Takes over the limits and constraints that act at one sample and are in nobody's way, but for forces that are no
+    /// larger than `least`. Those that act at several samples count where they are the strongest.
+    fn add_others(&mut self, here: &Here<'_, impl Terms>, least: f64) {
         self.of_term.copy_from_slice(&self.whole);
-        self.find(layout, None, beside);
-        let least = LEAST_WAY * largest_curvature(layout, state);
+        self.find(here, None);
         let told = &self.forces;
         let length = dot(&self.whole, &self.whole).sqrt();
         self.found.retain(|force| {
@@ -180,12 +165,24 @@ impl Explainer {
         });
         let sum: f64 = self.found.iter().map(|force| force.share).sum();
         self.found.iter_mut().for_each(|force| force.share /= sum.max(1.0));
-        strongest_first(&mut self.found);
-        self.forces.extend_from_slice(&self.found);
+        for force in &self.found {
+            match self.others.iter_mut().find(|other| other.by == force.by) {
+                Some(other) if other.amount >= force.amount => {}
+                Some(other) => *other = *force,
+                None => self.others.push(*force),
+            }
+        }
+    }
+
+    /// Tells those, the strongest first.
+    fn tell_others(&mut self) {
+        strongest_first(&mut self.others);
+        self.forces.append(&mut self.others);
     }
 
     /// What opposes the gradient in `of_term`, with its share: everything for a term, else limits and constraints.
-    fn find(&mut self, layout: &Layout, on: Option<usize>, beside: Option<Beside<'_>>) {
+    fn find(&mut self, here: &Here<'_, impl Terms>, on: Option<usize>) {
+        let Here { layout, secs, .. } = *here;
         let n = layout.n_dofs;
         let f = &self.of_term;
         let square = dot(f, f);
@@ -196,7 +193,7 @@ impl Explainer {
         for limit in &self.balance.limits {
             let share = -limit.pull(f) / square;
             let by = ForceBy::Limit { joint: limit.joint, kind: limit.kind };
-            add(&mut self.found, Force { on, by, share, amount: limit.amount(), unit: limit.unit });
+            add(&mut self.found, Force { on, by, share, amount: limit.amount(), unit: limit.unit, secs });
         }
         for t in layout.terms.iter().filter(|t| if on.is_some() { on != Some(t.term) } else { t.is_hard }) {
             let mut share = 0.0;
@@ -212,12 +209,12 @@ impl Explainer {
                 continue;
             }
             let Pull { amount, unit, .. } = self.pulls[strongest.1];
-            add(&mut self.found, Force { on, by: ForceBy::Term(t.term), share, amount, unit });
+            add(&mut self.found, Force { on, by: ForceBy::Term(t.term), share, amount, unit, secs });
         }
-        if let Some(beside) = beside {
+        if let Some(beside) = here.beside.filter(|_| on.is_some()) {
             let mut tell = |by, gradient: &[f64], sign: f64| {
                 let (share, amount) = (-sign * dot(f, gradient) / square, dot(gradient, gradient).sqrt());
-                add(&mut self.found, Force { on, by, share, amount, unit: Unit::Radians });
+                add(&mut self.found, Force { on, by, share, amount, unit: Unit::Radians, secs });
             };
             tell(ForceBy::Smoothness, beside.smoothness, 1.0);
             if beside.holds_rates {
@@ -256,14 +253,6 @@ fn strongest_first(forces: &mut [Force]) {
     }
 }
 
-fn largest_curvature(layout: &Layout, state: &State) -> f64 {
-    let of = |(k, span): (usize, &crate::layout::Span)| {
-        let column = &state.jacobian[span.start..span.start + span.len];
-        dot(column, column) + if layout.has_own { state.own_curvature[k] } else { 0.0 }
-    };
-    layout.spans.iter().enumerate().map(of).fold(0.0, f64::max)
-}
-
 /// What a term misses, by its first part.
 fn missed(layout: &Layout, state: &State, t: &TermLayout) -> (f64, Unit) {
     let first = layout.reported_parts(t).next();
@@ -277,6 +266,8 @@ mod tests {
 
     use super::*;
     use crate::objectives::{Bound, Distance, JointAngles, KnownRotation, PoseTarget, Position, RestPose};
+    use crate::report::here::Of;
+    use crate::report::subject::{PoseSubject, Subject, largest_curvature};
     use crate::state::gradient::whole_gradient;
     use crate::{Problem, Solver, StopReason};
 
@@ -331,7 +322,8 @@ mod tests {
             state.evaluate(layout, &problem);
             state.linearize(layout, &problem, false);
             let mut explainer = Explainer::new(layout);
-            explainer.read(layout, state, &problem, Of::Wishes, None);
+            let mut subject = PoseSubject { layout, problem: &problem, state };
+            explainer.read(&subject.at(0, Of::Wishes), Of::Wishes);
             // The pulls are those of the cost.
             let mut gradient = vec![0.0; layout.n_dofs];
             whole_gradient(layout, state, 0.0, &mut gradient);

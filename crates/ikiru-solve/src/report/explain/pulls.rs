@@ -5,21 +5,29 @@ use ikiru_rig::maths;
 use crate::layout::{Layout, Place, TermLayout};
 use crate::problem::Terms;
 use crate::report::explain::balance::dot;
-use crate::report::explain::{Beside, Explainer, Of, Pull};
+use crate::report::explain::{Explainer, Pull};
+use crate::report::here::{Here, Of};
 use crate::state::State;
 use crate::words::{Sense, Unit};
 
 impl Explainer {
-    /// Takes over a pose that was linearized, and finds the forces there.
-    pub(crate) fn read(
-        &mut self,
-        layout: &Layout,
-        state: &State,
-        terms: &impl Terms,
-        of: Of,
-        beside: Option<Beside<'_>>,
-    ) {
-        self.balance.begin(layout, state);
+    /// Takes over a sample that was linearized, and finds the forces there.
+    pub(super) fn read(&mut self, here: &Here<'_, impl Terms>, of: Of) {
+        self.balance.begin(here.layout, here.state);
+        self.read_begun(here, of);
+    }
+
+    /// The same where a limit is touched or rows may have a force; false elsewhere.
+    pub(super) fn read_where_pushed(&mut self, here: &Here<'_, impl Terms>) -> bool {
+        let is_pushed = !self.is_free(here);
+        if is_pushed {
+            self.read_begun(here, Of::Wishes);
+        }
+        is_pushed
+    }
+
+    fn read_begun(&mut self, here: &Here<'_, impl Terms>, of: Of) {
+        let Here { layout, state, ref terms, .. } = *here;
         self.gradients.fill(0.0);
         self.pulls.iter_mut().for_each(|pull| *pull = Pull::NONE);
         self.squares.fill(0.0);
@@ -40,7 +48,7 @@ impl Explainer {
         for gradient in self.gradients.chunks_exact(layout.n_dofs.max(1)) {
             self.whole.iter_mut().zip(gradient).for_each(|(w, g)| *w += g);
         }
-        if let Some(beside) = beside {
+        if let Some(beside) = here.beside {
             self.whole.iter_mut().zip(beside.smoothness).for_each(|(w, g)| *w += g);
         }
         self.balance.solve(&state.guard_jacobian, &self.whole);

@@ -10,7 +10,7 @@ pub(super) const STAYS: f64 = 1.2;
 
 /// How a term stands at the end of a solve.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Standing {
+pub(super) struct Standing {
     pub(crate) satisfied: bool,
     pub(crate) mandatory: bool,
     pub(crate) hard: bool,
@@ -21,7 +21,7 @@ pub(crate) struct Standing {
 
 impl Standing {
     /// That of a term as it is reported.
-    pub(crate) fn of(report: &TermReport) -> Self {
+    pub(super) fn of(report: &TermReport) -> Self {
         let TermReport { satisfied, mandatory, hard, cost, residual, others, .. } = report;
         let residual = residual + others.iter().map(|part| part.residual).sum::<f64>();
         Self { satisfied: *satisfied, mandatory: *mandatory, hard: *hard, cost: *cost, residual }
@@ -43,7 +43,7 @@ impl Standing {
 pub(crate) struct Unmet {
     /// The worst first.
     pub(crate) terms: Vec<usize>,
-    /// The pose that came back last, if there were such terms, the worst of them, and what was first in the way of each
+    /// What came back last, if there were such terms, the worst of them, and what was first in the way of each
     /// term.
     pose: Vec<f64>,
     worst: Option<usize>,
@@ -51,18 +51,26 @@ pub(crate) struct Unmet {
 }
 
 impl Unmet {
-    pub(crate) fn new(n_terms: usize, n_coords: usize) -> Self {
+    pub(crate) fn new(n_terms: usize) -> Self {
         Self {
             terms: Vec::with_capacity(n_terms),
-            pose: vec![0.0; n_coords],
+            pose: Vec::new(),
             worst: None,
             leaders: vec![None; n_terms],
         }
     }
 
-    /// Takes over where a solve starts: what was in the way counts only where that is the pose that came back last.
+    /// Makes room for so many coordinates.
+    pub(crate) fn fit(&mut self, n_coords: usize) {
+        if self.pose.len() != n_coords {
+            self.pose.resize(n_coords, 0.0);
+            self.forget();
+        }
+    }
+
+    /// Takes over where a solve starts: what was in the way counts only where that is what came back last.
     pub(crate) fn begin(&mut self, coords: &[f64]) {
-        if self.worst.is_some() && self.pose != coords[..self.pose.len()] {
+        if self.worst.is_some() && self.pose != coords {
             self.forget();
         }
     }
@@ -75,7 +83,7 @@ impl Unmet {
 
     /// Finds the terms that success asks for and that are not met; where all are and the cost is still too high, those
     /// that are beyond their tolerance at a cost, else the one that costs most.
-    pub(crate) fn find(&mut self, n_terms: usize, standing: impl Fn(usize) -> Standing) {
+    pub(super) fn find(&mut self, n_terms: usize, standing: impl Fn(usize) -> Standing) {
         self.terms.clear();
         self.terms.extend((0..n_terms).filter(|t| standing(*t).mandatory && !standing(*t).satisfied));
         if self.terms.is_empty() {
@@ -107,10 +115,9 @@ impl Unmet {
         self.leaders[term] = leader;
     }
 
-    /// Keeps the pose that comes back.
+    /// Keeps what comes back.
     pub(crate) fn end(&mut self, coords: &[f64]) {
         self.worst = self.terms.first().copied();
-        let n = self.pose.len();
-        self.pose.copy_from_slice(&coords[..n]);
+        self.pose.copy_from_slice(coords);
     }
 }
