@@ -34,8 +34,12 @@ const COST_BELOW: Key = Key::new(
     "Success is a cost below this, in the place of every objective within its tolerance.",
 )
 .or_as("tolerances decide");
-const MAX_ITERATIONS: Key =
-    Key::new("max_iterations", "a whole number of at least 1", "How many steps a start may take.").or("500");
+const MAX_ITERATIONS: Key = Key::new(
+    "max_iterations",
+    "a whole number of at least 1",
+    "How many steps a start may take; that of a motion as many before even spacing, and in each of up to 40 rounds inside limits on speed and acceleration.",
+)
+.or("500");
 const MAX_RESTARTS: Key = Key::new(
     "max_restarts",
     "a whole number of at least 0",

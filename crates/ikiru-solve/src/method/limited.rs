@@ -24,7 +24,7 @@ const LEAST_CHANGE: f64 = 1e-2;
 const LEAST_GAIN_OF_ROUND: f64 = 1e-4;
 /// By how much more a round is damped than the one before ended.
 const MORE_DAMPING: f64 = 10.0;
-/// Most rounds.
+/// Most rounds; users read this number at `SolverOptions::max_iterations`, which holds for each.
 const MOST_ROUNDS: usize = 40;
 /// What is allowed after a peak was measured beyond its limit, relative to what that asks for.
 const TIGHTER: f64 = 1.0005;

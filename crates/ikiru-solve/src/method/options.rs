@@ -107,7 +107,13 @@ pub struct SolverOptions {
     /// Success means a cost below this (the paper's equation 22). `None`, the default: success means every
     /// mandatory term within its tolerance, and the solver goes on until it converges.
     pub cost_below: Option<f64>,
-    /// Most iterations of one start (equation 21); 500 by default, as in the paper.
+    /// Most iterations of one start (equation 21); 500 by default, as in the paper. The best of several starts is followed once
+    /// more with as many where none succeeded.
+    ///
+    /// By [`Method::Lm`] a start of a motion has as many in each of the rounds that it takes: one where nothing else is asked
+    /// for, one more before it with [even spacing](crate::MotionProblem::set_even_spacing), and at most 40 more where limits on
+    /// speed and acceleration of a fixed duration bind. Shared by all rounds they would leave too few to those that lead
+    /// inside the limits. What bounds a plan as a whole is `max_time`.
     pub max_iterations: usize,
     /// Time budget of the whole solve, from the call on, laying out included (equations 23 and 24); none by default. Only where it
     /// is set is a clock read. The solve ends at most one iteration after it; what is in the way is then still explained

@@ -407,3 +407,28 @@ fn even_spacing_and_limits_go_together() {
     let (speed, _) = measured(&limited.clip, joint, RatePart::Rotation);
     assert!(speed <= 1.6 * (1.0 + 1e-6), "{speed}");
 }
+
+#[test]
+fn a_start_has_its_iterations_in_each_round_that_it_takes() {
+    let (rig, joint, tip) = one(hinge());
+    let goal = DVec3::new(0.5 * 2.2_f64.cos(), 0.5 * 2.2_f64.sin(), 0.0);
+    // As the options say: one round, one before even spacing, and 40 where limits bind.
+    for (spacing, most, n_rounds) in
+        [(0.0, None, 1), (0.1, None, 2), (0.0, Some(0.5), 41), (0.1, Some(0.5), 42)]
+    {
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 30.0).unwrap());
+        motion.set_smoothness([0.0, 1e-5, 1e-5]).unwrap();
+        motion.set_even_spacing(spacing).unwrap();
+        motion.fix_start(&rig.rest_pose()).unwrap();
+        motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
+        let limits: Vec<RateLimit> =
+            most.iter().map(|most| limit(joint, RatePart::Rotation, Rate::Speed, *most)).collect();
+        motion.set_rate_limits(&limits).unwrap();
+        let solver = Solver::new(SolverOptions { max_iterations: 1, ..SolverOptions::default() });
+        let still = Clip::still(rig.rest_pose());
+        let n = solver.plan(&motion, &still, &mut MotionWorkspace::default()).report.iterations;
+        let without = if spacing > 0.0 { 2 } else { 1 };
+        let is_within = if most.is_some() { without < n && n <= n_rounds } else { n == n_rounds };
+        assert!(is_within, "{spacing}, {most:?}: {n} iterations");
+    }
+}
