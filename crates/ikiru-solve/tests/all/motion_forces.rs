@@ -107,7 +107,7 @@ fn motions_tell_what_acts_in_nobodys_way_where_it_is_the_strongest() {
     let line = Timeline::seconds(1.0, 10.0).unwrap();
     let mut motion = MotionProblem::whole_body(&rig, line);
     motion.set_smoothness([0.0; 3]).unwrap();
-    // Pulled beyond its limit from 0.3 s on, the furthest at 0.6 s; the given end would be further still.
+    // Pulled beyond its limit from 0.3 s on, the furthest at 0.6 s.
     let further = |secs: f64| 0.5 - (secs - 0.6).abs();
     let pull = motion
         .add_moving(1e-3, When::Throughout, |secs| RestPose::new(&ids[..1], turned(further(secs))))
@@ -158,6 +158,17 @@ fn a_limit_that_smoothness_alone_runs_into_is_told_between_the_keys() {
     assert_eq!((limit.on, limit.by), (None, ForceBy::Limit { joint: hinge, kind: LimitKind::Value }));
     assert!(at_limit(&planned.clip.sample(limit.secs.unwrap())), "{limit:?}");
     near(limit.amount, saved(|d| cost(0.3 + d).0.report.cost));
+    // A sample that is given stays wherever smoothness would have it, so that no limit acts there.
+    let (rig, ids, turned) = stopped(0.3);
+    let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(0.7, 10.0).unwrap());
+    motion.set_smoothness([0.0, 1e-2, 0.0]).unwrap();
+    motion.fix_history(&[turned(0.3), turned(0.1)]).unwrap();
+    motion.add(10.0, When::At(0.3), Position::new(ids[1], 1.5 * place(&turned(-1.5), ids[1]))).unwrap();
+    let planned = plan(SolverOptions::default(), &motion, &turned(0.1));
+    assert!(planned.clip.poses()[2].value(ids[0]).unwrap() < -0.1);
+    assert!(!planned.report.forces.is_empty(), "the target is out of reach");
+    let is_given = |secs: Option<f64>| secs.is_some_and(|secs| secs < 0.15);
+    assert!(planned.report.forces.iter().all(|force| !is_given(force.secs)), "{:?}", planned.report.forces);
 }
 
 #[test]
