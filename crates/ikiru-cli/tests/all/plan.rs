@@ -226,3 +226,21 @@ fn limits_on_rates_hold_in_what_is_written() {
     let run = ikiru_in(folder.path(), &["plan", "far.toml"]);
     assert!(run.stdout.contains("exceeded") && run.stdout.contains("at most 20.0000°/s"), "{}", run.stdout);
 }
+
+#[test]
+fn what_an_objective_finds_odd_is_a_warning_of_the_plan() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "version = 1\nrig = \"builtin:panda\"\nworld = \"file\"\n\
+                [[objective]]\nkind = \"position\"\njoint = \"panda_link8\"\ntarget = [0.45, 0.3, 0.4]\n\
+                [[objective]]\nkind = \"look_at\"\njoint = \"panda_link0\"\naxis = [1, 0, 0]\ntarget = [0, 0, 0]\nat = 0.5\n\
+                [motion]\nduration_secs = 1\nrate = 10\n";
+    std::fs::write(folder.path().join("odd.toml"), text).unwrap();
+    let run = ikiru_in(folder.path(), &["plan", "odd.toml", "--json"]);
+    let (report, said) = (run.json(), "objective 2 (look_at) looks at a point in the joint's own origin");
+    let warnings = report["warnings"].as_array().unwrap();
+    // After what the scenario is warned of.
+    assert!(warnings.last().unwrap().as_str().unwrap().starts_with(said), "{warnings:?}");
+    let told = run.stderr.lines().filter(|line| line.starts_with("warning: ")).count();
+    assert_eq!(told, warnings.len(), "{}", run.stderr);
+    assert_eq!(run.stderr.matches(&format!("warning: {said}")).count(), 1, "{}", run.stderr);
+}
