@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ikiru_solve::{Method, Search, SolverOptions};
+use ikiru_solve::{Method, Search, Settle, SolverOptions};
 use serde::Serialize;
 
 use crate::at::At;
@@ -74,6 +74,7 @@ impl StopKeys {
         let mut options = SolverOptions {
             method,
             search: Search::Global { max_restarts: DEFAULT_RESTARTS },
+            settle: Settle::Fully,
             ..SolverOptions::default()
         };
         if let Some(cost) = self.cost_below {

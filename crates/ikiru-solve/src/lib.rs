@@ -40,7 +40,7 @@ pub use front::evaluation::{EvaluatedRow, Evaluation};
 pub use front::motion_evaluation::MotionEvaluation;
 pub use front::planner::{MotionWorkspace, PlannedMotion};
 pub use front::solver::{Solver, Workspace};
-pub use method::{AdamOptions, Method, PoseMethod, Search, SolverOptions, Start};
+pub use method::{AdamOptions, Method, PoseMethod, Search, Settle, SolverOptions, Start};
 pub use objective::{
     JointCoords, LaneScratch, MOST_EARLIER, MOST_PARTS, MOST_ROWS, Objective, Part, Reach, Reads, Residual,
     Rows, TermReads, TermWarning, Unfit, UnfitReason, View,

@@ -188,7 +188,7 @@ pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
     AdamOptions, EvaluatedRow, Evaluation, Force, ForceBy, Hint, Invalid, LimitKind, Loss, Method,
     MotionEvaluation, MotionProblem, MotionWorkspace, Objective, Part, PartReport, PlannedMotion, PoseMethod,
-    Problem, Progress, Reads, Report, Residual, Rows, Search, Sense, Solver, SolverOptions, Start,
+    Problem, Progress, Reads, Report, Residual, Rows, Search, Sense, Settle, Solver, SolverOptions, Start,
     StopReason, TargetPath, TermId, TermReport, TermTimes, TermWarning, Timeline, Tolerance, Unfit,
     UnfitReason, Unit, View, Watch, When, Workspace,
 };

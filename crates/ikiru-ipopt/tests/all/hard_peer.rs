@@ -10,6 +10,7 @@ const PEER: SolverOptions = SolverOptions {
     method: IPOPT,
     search: ikiru_solve::Search::Local,
     cost_below: None,
+    settle: ikiru_solve::Settle::Fully,
     max_iterations: 1000,
     max_time: None,
 };

@@ -17,6 +17,7 @@ const PEER: SolverOptions = SolverOptions {
     method: IPOPT,
     search: Search::Local,
     cost_below: None,
+    settle: ikiru_solve::Settle::Fully,
     max_iterations: 500,
     max_time: None,
 };

@@ -112,6 +112,7 @@ fn lm_with_restarts_solves_all_of_every_set() {
 #[test]
 fn adam_does_what_the_authors_code_does() {
     let options = ikiru_solve::SolverOptions {
+        settle: ikiru_solve::Settle::default(),
         method: Method::Adam(AdamOptions::default()),
         search: Search::Local,
         cost_below: Some(0.005),
@@ -131,6 +132,7 @@ fn adam_does_what_the_authors_code_does() {
 #[test]
 fn ipopt_does_what_the_papers_does() {
     let options = ikiru_solve::SolverOptions {
+        settle: ikiru_solve::Settle::default(),
         method: ikiru_ipopt::IPOPT,
         search: Search::Local,
         cost_below: Some(0.005),

@@ -5,7 +5,7 @@ use ikiru_rig::Pose;
 use crate::front::course::{Told, check_start, conclude};
 use crate::front::options::check_options;
 use crate::layout::Layout;
-use crate::method::{Bar, Budget, Clock, Method, SolverOptions};
+use crate::method::{Bar, Budget, Clock, Method, Settle, SolverOptions};
 use crate::model::PoseModel;
 use crate::objective::Unfit;
 use crate::problem::Problem;
@@ -114,6 +114,15 @@ impl Solver {
         Ok(())
     }
 
+    /// What counts as done.
+    fn bar(&self, problem: &Problem) -> Bar {
+        let SolverOptions { cost_below, settle, search, .. } = self.options;
+        let is_single = search.max_restarts() == 0;
+        let is_wanted = problem.terms().iter().any(Term::counts);
+        let settles = settle == Settle::Tolerances && is_single && cost_below.is_none() && is_wanted;
+        Bar { settles, ..Bar::new(cost_below, problem, !is_single) }
+    }
+
     fn solve_on(
         &self,
         clock: Clock,
@@ -133,7 +142,7 @@ impl Solver {
         state.memory.failure = None;
         let cost = state.differentiate(layout, problem);
         check_start(&mut PoseSubject { layout, problem, state }, cost)?;
-        let bar = Bar::new(self.options.cost_below, problem, self.options.search.max_restarts() > 0);
+        let bar = self.bar(problem);
         let model = PoseModel { layout, problem, state, step };
         let mut starts = PoseStarts { model, memory: starts, pose };
         let found = searcher.run(&self.options, bar, &mut starts, cost, &mut budget);

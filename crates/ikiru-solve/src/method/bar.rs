@@ -12,6 +12,8 @@ pub(crate) struct Bar {
     pub(crate) largest_weight: f64,
     /// Whether another start waits, so that a slow one is given up.
     pub(crate) impatient: bool,
+    /// Whether it is enough that what is wanted is well within its tolerance, or cannot be met.
+    pub(crate) settles: bool,
 }
 
 /// The squared length of a residual that is nothing but rounding (metres², radians²).
@@ -22,7 +24,13 @@ impl Bar {
     pub(crate) fn new(cost_below: Option<f64>, problem: &Problem, impatient: bool) -> Self {
         // Weights that are all tiny make every cost tiny, whether or not the terms are met.
         let largest = problem.terms().iter().filter(|t| t.is_on).map(|t| t.weight).fold(0.0, f64::max);
-        Self { cost_below, nothing: NOTHING * largest.min(1.0), largest_weight: largest.max(1.0), impatient }
+        Self {
+            cost_below,
+            nothing: NOTHING * largest.min(1.0),
+            largest_weight: largest.max(1.0),
+            impatient,
+            settles: false,
+        }
     }
 
     /// Whether the solve may end here. Without `cost_below` only coordinates that meet every term exactly, within
@@ -95,7 +103,7 @@ mod tests {
     use super::*;
 
     fn bar(cost_below: Option<f64>, impatient: bool) -> Bar {
-        Bar { cost_below, nothing: 1e-24, largest_weight: 1.0, impatient }
+        Bar { cost_below, nothing: 1e-24, largest_weight: 1.0, impatient, settles: false }
     }
 
     #[test]

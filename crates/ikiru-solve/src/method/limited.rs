@@ -147,7 +147,7 @@ pub(crate) fn run_limited(
     }
     model.is_rate_bound = match bar.cost_below {
         Some(bar) => outcome.cost < bar && model.holds(),
-        None => model.is_satisfied(),
+        None => model.is_satisfied(1.0),
     };
     let weights: f64 = model.motion.terms().terms().iter().map(|term| term.weight).sum();
     let first = outcome.cost.max(LEAST_PENALTY * cost.max(weights));

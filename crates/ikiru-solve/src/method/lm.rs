@@ -1,6 +1,7 @@
 //! Bounded Levenberg–Marquardt: Gauss–Newton on reweighted residuals, damped by the gain ratio, inside the
 //! limits at every iterate.
 
+use crate::method::settling::{Settling, Taken};
 use crate::method::{Bar, Budget, Outcome};
 use crate::model::{Effort, Model};
 use crate::words::StopReason;
@@ -87,6 +88,7 @@ impl Lm {
         let mut patience = bar.patience(cost, model.violation());
         let mut hard = Hard::<FORCES>::new(model.violation());
         let mut n_little = 0;
+        let mut settling = Settling::default();
         if FORCES {
             model.forget_forces();
         }
@@ -102,9 +104,16 @@ impl Lm {
             }
             if damping == 0.0 {
                 scale = model.scale();
-                (used.scale, damping) = (scale, effort.damping * scale);
+                (used.scale, damping) = (scale, if bar.settles { 1.0 } else { effort.damping * scale });
             }
             let rules = model.rules();
+            let settled = if bar.settles {
+                let missed = if has_forces { scale * model.hard_square() } else { 0.0 };
+                Settling::damping(cost + missed, scale)
+            } else {
+                0.0
+            };
+            let most_damping = if bar.settles { MOST_DAMPING } else { MOST_DAMPING * scale };
             self.accepted.copy_from_slice(model.coords());
             let mut growth = GROWTH;
             loop {
@@ -112,12 +121,16 @@ impl Lm {
                     model.set_coords(&self.accepted);
                     return Outcome::new(cost, hard.violation, stop, false);
                 }
-                if damping > MOST_DAMPING * scale {
+                if damping > most_damping {
                     model.set_coords(&self.accepted);
                     return Outcome::new(cost, hard.violation, StopReason::NoProgress, false);
                 }
-                // Damping that falls with the residual keeps convergence fast to the end (Fan and Yuan, 2005).
-                let damping_now = (damping * (cost / first).sqrt().min(1.0)).max(rules.least_damping * scale);
+                let damping_now = if bar.settles {
+                    damping * settled
+                } else {
+                    // Damping that falls with the residual keeps convergence fast to the end (Fan and Yuan, 2005).
+                    (damping * (cost / first).sqrt().min(1.0)).max(rules.least_damping * scale)
+                };
                 used.now = damping_now;
                 if has_forces {
                     model.aim(hard.share);
@@ -136,7 +149,7 @@ impl Lm {
                 n_little = if gain < rules.little_gain * merit { n_little + 1 } else { 0 };
                 if model.longest() < LEAST_STEP
                     || gain < rules.least_gain.max(effort.least_gain) * merit
-                    || (n_little >= rules.n_little && model.is_satisfied())
+                    || (n_little >= rules.n_little && model.is_satisfied(1.0))
                 {
                     model.set_coords(&self.accepted);
                     return Outcome::new(cost, hard.violation, StopReason::Converged, false);
@@ -149,10 +162,12 @@ impl Lm {
                 let trial_merit = hard.merit(trial, model.violation());
                 if trial_merit < merit {
                     let ratio = (merit - trial_merit) / promised.max(1e-300);
-                    damping *= if ratio > GOOD {
-                        0.5
-                    } else if ratio < BAD {
+                    damping *= if ratio < BAD {
                         2.0
+                    } else if bar.settles {
+                        1.0
+                    } else if ratio > GOOD {
+                        0.5
                     } else {
                         0.8
                     };
@@ -164,6 +179,10 @@ impl Lm {
                             *best = found;
                             self.best.copy_from_slice(model.coords());
                         }
+                    }
+                    let taken = Taken { before: merit, promised: merit - promised, now: trial_merit };
+                    if bar.settles && settling.is_over(model, taken, ratio < BAD) {
+                        return Outcome::new(cost, hard.violation, StopReason::Converged, true);
                     }
                     if patience.is_over(cost, hard.violation) {
                         return Outcome::new(cost, hard.violation, StopReason::NoProgress, true);
@@ -258,7 +277,7 @@ mod tests {
         let (mut lm, watch) = (Lm::default(), Watch::new());
         lm.fit(1);
         let cost = model.evaluate();
-        let bar = Bar { cost_below, nothing: 0.0, largest_weight: 1.0, impatient: false };
+        let bar = Bar { cost_below, nothing: 0.0, largest_weight: 1.0, impatient: false, settles: false };
         let options = SolverOptions { max_iterations, ..SolverOptions::default() };
         let (mut budget, mut effort) = (Budget::new(&options, &watch), Effort::FULL);
         let outcome = lm.run(model, cost, &bar, &mut budget, &mut effort);

@@ -10,11 +10,12 @@ pub(crate) mod lm;
 mod options;
 mod outcome;
 pub(crate) mod outside;
+mod settling;
 mod turn;
 
 pub(crate) use bar::Bar;
 pub(crate) use budget::{Budget, Clock};
-pub use options::{AdamOptions, Method, Search, SolverOptions};
+pub use options::{AdamOptions, Method, Search, Settle, SolverOptions};
 pub(crate) use outcome::{HELD, Outcome};
 pub use outside::{PoseMethod, Start};
 

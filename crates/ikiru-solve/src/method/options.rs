@@ -97,6 +97,22 @@ impl Search {
     }
 }
 
+/// How far a pose is solved by [`Method::Lm`] where tolerances decide ([`SolverOptions::cost_below`] is `None`) and the search is
+/// [local](Search::Local). Restarts, the other methods and motions go to the end in any case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Settle {
+    /// As frames want it, each solved from the one before: a solve ends with the first step after which every mandatory term is within
+    /// 0.3 of its tolerance and the step did what it promised, or where steps in a row gain next to nothing, since what is wanted
+    /// cannot be met. At least one step is taken. What mandatory terms leave open moves towards its optimum from frame to frame. A
+    /// problem without mandatory terms is solved fully.
+    #[default]
+    Tolerances,
+    /// Until no step gains anything: to the last digit, with everything at its optimum. Frame by frame that takes ten times as
+    /// long and is less smooth, for what is open follows its optimum wherever it leads.
+    Fully,
+}
+
 /// How to solve. All fields have defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
@@ -107,6 +123,8 @@ pub struct SolverOptions {
     /// Success means a cost below this (the paper's equation 22). `None`, the default: success means every
     /// mandatory term within its tolerance, and the solver goes on until it converges.
     pub cost_below: Option<f64>,
+    /// How far a pose is solved; [`Settle::Tolerances`] by default.
+    pub settle: Settle,
     /// Most iterations of one start (equation 21); 500 by default, as in the paper. The best of several starts is followed once
     /// more with as many where none succeeded.
     ///
@@ -140,6 +158,7 @@ impl Default for SolverOptions {
             method: Method::default(),
             search: Search::default(),
             cost_below: None,
+            settle: Settle::default(),
             max_iterations: 500,
             max_time: None,
         }

@@ -74,7 +74,7 @@ impl Model for Line {
     fn holds(&self) -> bool {
         self.now == 0.0
     }
-    fn is_satisfied(&self) -> bool {
+    fn is_satisfied(&self, _: f64) -> bool {
         self.is_satisfied
     }
     fn linearize(&mut self) {}

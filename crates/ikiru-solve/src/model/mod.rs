@@ -44,8 +44,8 @@ pub(crate) trait Model {
     /// Whether every hard term is within its tolerance, as of the last evaluation.
     fn holds(&self) -> bool;
 
-    /// Whether every mandatory term is within its tolerance, as of the last evaluation.
-    fn is_satisfied(&self) -> bool;
+    /// Whether every mandatory term is within a part of its tolerance, as of the last evaluation.
+    fn is_satisfied(&self, part: f64) -> bool;
 
     /// Linearizes at the coordinates that were evaluated last.
     fn linearize(&mut self);

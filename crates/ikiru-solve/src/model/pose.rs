@@ -61,8 +61,8 @@ impl Model for PoseModel<'_> {
         !self.may_have_forces() || self.state.holds(self.layout, self.problem)
     }
 
-    fn is_satisfied(&self) -> bool {
-        self.state.is_satisfied(self.layout, self.problem)
+    fn is_satisfied(&self, part: f64) -> bool {
+        self.state.is_satisfied(self.layout, self.problem, part)
     }
 
     #[inline(always)]

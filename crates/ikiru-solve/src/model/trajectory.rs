@@ -117,11 +117,11 @@ impl Model for Trajectory<'_> {
     }
 
     fn holds(&self) -> bool {
-        !self.may_have_forces() || self.state.is_within(self.layout, self.motion, |term| term.hard)
+        !self.may_have_forces() || self.state.is_within(self.layout, self.motion, 1.0, |term| term.hard)
     }
 
-    fn is_satisfied(&self) -> bool {
-        self.state.is_within(self.layout, self.motion, Term::counts)
+    fn is_satisfied(&self, part: f64) -> bool {
+        self.state.is_within(self.layout, self.motion, part, Term::counts)
     }
 
     fn linearize(&mut self) {

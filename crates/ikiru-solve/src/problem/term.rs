@@ -87,6 +87,11 @@ impl Tolerance {
     /// What hard terms hold to: 0.1 mm and 0.01°.
     pub const HARD: Self = Self { metres: 1e-4, radians: 0.01 * std::f64::consts::PI / 180.0 };
 
+    /// A part of it.
+    pub(crate) fn times(self, part: f64) -> Self {
+        Self { metres: part * self.metres, radians: part * self.radians }
+    }
+
     /// That of a unit, in it.
     #[must_use]
     pub fn of(&self, unit: Unit) -> f64 {

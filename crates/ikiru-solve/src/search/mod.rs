@@ -128,7 +128,7 @@ fn succeeded<M: Model>(model: &mut M, bar: &Bar, outcome: &mut Outcome) -> bool 
     }
     match bar.cost_below {
         Some(bar) => outcome.cost < bar && model.holds(),
-        None => outcome.cost.is_finite() && model.is_satisfied(),
+        None => outcome.cost.is_finite() && model.is_satisfied(1.0),
     }
 }
 

@@ -45,7 +45,7 @@ fn run(starts: &mut OnLine, max_restarts: usize, cost_below: Option<f64>) -> (Ou
     let options = SolverOptions { search, ..SolverOptions::default() };
     let (watch, mut searcher) = (Watch::new(), Searcher::default());
     searcher.fit(1, 1);
-    let bar = Bar { cost_below, nothing: 0.0, largest_weight: 3.0, impatient: true };
+    let bar = Bar { cost_below, nothing: 0.0, largest_weight: 3.0, impatient: true, settles: false };
     let cost = starts.model.evaluate();
     searcher.run(&options, bar, starts, cost, &mut Budget::new(&options, &watch))
 }

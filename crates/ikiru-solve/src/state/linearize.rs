@@ -256,11 +256,11 @@ impl State {
         }
     }
 
-    /// Whether every mandatory term is within its tolerance, as of the last evaluation.
-    pub(crate) fn is_satisfied(&self, layout: &Layout, problem: &crate::Problem) -> bool {
+    /// Whether every mandatory term is within a part of its tolerance, as of the last evaluation.
+    pub(crate) fn is_satisfied(&self, layout: &Layout, problem: &crate::Problem, part: f64) -> bool {
         layout.terms.iter().all(|t| {
             let term = &problem.terms()[t.term];
-            !term.counts() || self.is_within(layout, t, &term.tolerance)
+            !term.counts() || self.is_within(layout, t, &term.tolerance.times(part))
         })
     }
 }

@@ -415,17 +415,18 @@ impl MotionState {
         }
     }
 
-    /// Whether all terms that count are within their tolerances at each of the samples of which they want something, as of the
+    /// Whether all terms that count are within a part of their tolerances at each of the samples of which they want something, as of the
     /// last evaluation.
     pub(crate) fn is_within(
         &self,
         layout: &Layout,
         motion: &MotionProblem,
+        part: f64,
         counts: impl Fn(&Term) -> bool,
     ) -> bool {
         let mut unmet = None;
         self.visit_wanted(motion, |sample, terms, _| {
-            unmet = unmet_at(layout, motion, sample, terms, &counts);
+            unmet = unmet_at(layout, motion, sample, terms, part, &counts);
             unmet.is_none()
         });
         unmet.is_none()
@@ -435,7 +436,7 @@ impl MotionState {
     pub(crate) fn conflict(&mut self, layout: &Layout, motion: &MotionProblem) -> Option<usize> {
         let mut unmet = None;
         self.visit_settled(layout, motion, |sample, terms, _| {
-            unmet = unmet_at(layout, motion, sample, terms, Term::counts);
+            unmet = unmet_at(layout, motion, sample, terms, 1.0, Term::counts);
             unmet.is_none()
         });
         unmet
@@ -471,18 +472,19 @@ fn enter(layout: &Layout, coords: &[f64], earlier: &mut [State], t: usize, state
     }
 }
 
-/// The first term of one sample that counts and is not within its tolerance there.
+/// The first term of one sample that counts and is not within a part of its tolerance there.
 fn unmet_at(
     layout: &Layout,
     motion: &MotionProblem,
     sample: &State,
     terms: &SampleTerms<'_>,
+    part: f64,
     counts: impl Fn(&Term) -> bool,
 ) -> Option<usize> {
     let mut on = layout.terms.iter().filter(|t| terms.is_on(t.term));
     let unmet = on.find(|t| {
         let data = &motion.terms().terms()[t.term];
-        counts(data) && !sample.is_within(layout, t, &data.tolerance)
+        counts(data) && !sample.is_within(layout, t, &data.tolerance.times(part))
     });
     unmet.map(|t| t.term)
 }

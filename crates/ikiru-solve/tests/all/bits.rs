@@ -10,16 +10,17 @@ use ikiru_solve::objectives::{
     Bound, Direction, Distance, JointAngles, KnownRotation, LookAt, Orientation, PoleVector, PoseTarget,
     Position, RelativePose, RestPose,
 };
-use ikiru_solve::{AdamOptions, Loss, Method, Problem, Search, Solver, SolverOptions};
+use ikiru_solve::{AdamOptions, Loss, Method, Problem, Search, Settle, Solver, SolverOptions};
 use ikiru_testkit::cones::without_centres;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
 /// What the solves of each method come to.
-pub(crate) const BITS: [(Method, u64); 4] = [
-    (Method::Lm, 0x6516_FE55_C5D6_4A3A),
-    (Method::Adam(AdamOptions::DEFAULT), 0x4910_81FA_D31C_DB9E),
-    (Method::Ccd, 0xD608_035D_0826_1817),
-    (Method::Fabrik, 0x6987_9777_3764_54DE),
+pub(crate) const BITS: [(Method, Settle, u64); 5] = [
+    (Method::Lm, Settle::Fully, 0x6516_FE55_C5D6_4A3A),
+    (Method::Lm, Settle::Tolerances, 0xB962_C9F0_88E1_0613),
+    (Method::Adam(AdamOptions::DEFAULT), Settle::Tolerances, 0x4910_81FA_D31C_DB9E),
+    (Method::Ccd, Settle::Tolerances, 0xD608_035D_0826_1817),
+    (Method::Fabrik, Settle::Tolerances, 0x6987_9777_3764_54DE),
 ];
 
 /// How many problems, and solves of each: from the rest pose, then from where the last one ended.
@@ -73,7 +74,7 @@ fn problem(rig: &Rig, random: &mut Random, target: &Pose) -> Problem {
 }
 
 /// What the solves of a method come to.
-pub(crate) fn bits_of(method: Method) -> u64 {
+pub(crate) fn bits_of(method: Method, settle: Settle) -> u64 {
     let mut random = Random::new(17);
     let mut hash = Hash(0xCBF2_9CE4_8422_2325);
     for case in 0..N_PROBLEMS {
@@ -81,7 +82,8 @@ pub(crate) fn bits_of(method: Method) -> u64 {
         let target = random_pose(&rig, &mut random);
         let problem = problem(&rig, &mut random, &target);
         let search = if case % 2 == 0 { Search::Local } else { Search::Global { max_restarts: 2 } };
-        let options = SolverOptions { method, search, max_iterations: 20, ..SolverOptions::default() };
+        let options =
+            SolverOptions { method, search, settle, max_iterations: 20, ..SolverOptions::default() };
         let solver = Solver::new(options);
         let mut workspace = solver.workspace(&problem);
         let mut pose = rig.rest_pose();
@@ -101,7 +103,7 @@ pub(crate) fn bits_of(method: Method) -> u64 {
 
 #[test]
 fn a_thousand_solves_give_the_bits_that_they_always_gave() {
-    let found = BITS.map(|(method, _)| (method.name(), bits_of(method)));
-    let wanted = BITS.map(|(method, bits)| (method.name(), bits));
+    let found = BITS.map(|(method, settle, _)| (method.name(), bits_of(method, settle)));
+    let wanted = BITS.map(|(method, _, bits)| (method.name(), bits));
     assert_eq!(found, wanted, "found {found:#018x?}");
 }

@@ -10,7 +10,7 @@ use ikiru_solve::objectives::{
     Bound, Coupling, Direction, Distance, Orientation, PoseTarget, Position, RestPose,
 };
 use ikiru_solve::{
-    Force, ForceBy, LimitKind, Loss, Problem, Search, Solver, SolverOptions, StopReason, TermId, Unit,
+    Force, ForceBy, LimitKind, Loss, Problem, Search, Settle, Solver, SolverOptions, StopReason, TermId, Unit,
 };
 use ikiru_testkit::allocations::count;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
@@ -34,7 +34,7 @@ pub(crate) fn chain(links: &[(f64, Range)]) -> (Rig, Vec<JointId>) {
 
 /// The cost, the forces and the pose after a solve from rest.
 pub(crate) fn solved(problem: &Problem) -> (f64, Vec<Force>, Pose) {
-    let solver = Solver::new(SolverOptions::default());
+    let solver = Solver::new(SolverOptions { settle: Settle::Fully, ..SolverOptions::default() });
     let mut workspace = solver.workspace(problem);
     let mut pose = problem.rig().rest_pose();
     let report = solver.solve(problem, &mut pose, &mut workspace);
@@ -247,7 +247,7 @@ fn shares_are_parts_of_a_whole() {
     for case in 0..300 {
         let (problem, _) = random_problem(case, &mut random);
         let search = Search::Global { max_restarts: 2 };
-        let solver = Solver::new(SolverOptions { search, ..SolverOptions::default() });
+        let solver = Solver::new(SolverOptions { search, settle: Settle::Fully, ..SolverOptions::default() });
         let mut workspace = solver.workspace(&problem);
         let mut pose = problem.rig().rest_pose();
         let report = solver.solve(&problem, &mut pose, &mut workspace);

@@ -44,7 +44,7 @@ fn constraints_hold_where_nothing_else_is_wanted() {
     for number in 0..100 {
         let Case { mut problem, start, .. } = case(number);
         problem.terms_mut().iter_mut().for_each(|term| term.is_on = term.hard);
-        let solver = Solver::default();
+        let solver = Solver::new(search(0));
         let mut workspace = solver.workspace(&problem);
         let mut pose = start.clone();
         let report = solver.solve(&problem, &mut pose, &mut workspace);
@@ -69,7 +69,7 @@ fn a_constraint_that_nothing_moves_is_named_and_spoils_no_other() {
         let start = random_pose(&rig, &mut random);
         let apart = start.frame(joint(6)).unwrap().position.distance(start.frame(joint(9)).unwrap().position);
         problem.add_hard(Distance::new([joint(6), joint(9)], Bound::AtMost(apart)));
-        let solver = Solver::default();
+        let solver = Solver::new(search(0));
         let mut alone = start.clone();
         let mut workspace = solver.workspace(&problem);
         let expected = solver.solve(&problem, &mut alone, &mut workspace).cost;
@@ -224,7 +224,7 @@ fn hard_rows_need_nothing_soft_beside_them() {
     problem.add_hard(below(hand, -0.2));
     let mut pose = rig.rest_pose();
     pose.set_rotation(JointId::from_index(1), glam::DQuat::from_rotation_z(0.1)).unwrap();
-    let solver = Solver::default();
+    let solver = Solver::new(search(0));
     let mut workspace = solver.workspace(&problem);
     let report = solver.solve(&problem, &mut pose, &mut workspace);
     assert!(report.success && report.stop == StopReason::Reached && report.cost == 0.0, "{report:?}");
@@ -264,7 +264,7 @@ fn a_hard_term_that_is_off_asks_for_nothing() {
     let mut problem = reach(&rig, hand, TARGET);
     let plain = solve(search(0), &problem, &mut rig.rest_pose()).cost;
     let id = problem.add_hard(below(hand, 0.1));
-    let solver = Solver::default();
+    let solver = Solver::new(search(0));
     let mut workspace = solver.workspace(&problem);
     for is_on in [true, false, true, false] {
         problem.term_mut(id).is_on = is_on;

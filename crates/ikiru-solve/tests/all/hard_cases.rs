@@ -7,7 +7,7 @@ use ikiru_solve::objectives::{
     Bound, CenterOfMass, Coupling, Distance, JointAngles, KnownRotation, Position, RestPose,
 };
 use ikiru_solve::{
-    Problem, Report, Residual, Search, Sense, Solver, SolverOptions, TermReport, Tolerance, Unit,
+    Problem, Report, Residual, Search, Sense, Settle, Solver, SolverOptions, TermReport, Tolerance, Unit,
 };
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -173,7 +173,7 @@ pub(crate) fn case(number: u64) -> Case {
 /// With so many restarts.
 pub(crate) fn search(max_restarts: usize) -> SolverOptions {
     let search = if max_restarts == 0 { Search::Local } else { Search::Global { max_restarts } };
-    SolverOptions { search, ..SolverOptions::default() }
+    SolverOptions { search, settle: Settle::Fully, ..SolverOptions::default() }
 }
 
 /// The most that a hard term misses (metres or radians).

@@ -21,6 +21,7 @@ mod no_allocation;
 mod outside;
 mod rate_limits;
 mod reach;
+mod settling;
 mod solving;
 mod terms;
 mod tracking;

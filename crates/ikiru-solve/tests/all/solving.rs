@@ -9,8 +9,8 @@ use ikiru_solve::objectives::{
     Direction, Gaze, JointAngles, KnownRotation, LookAt, Orientation, PoseTarget, Position, RestPose,
 };
 use ikiru_solve::{
-    ForceBy, Invalid, LimitKind, Loss, Method, Problem, Search, Solver, SolverOptions, StopReason, Tolerance,
-    Unit,
+    ForceBy, Invalid, LimitKind, Loss, Method, Problem, Search, Settle, Solver, SolverOptions, StopReason,
+    Tolerance, Unit,
 };
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig, rigs};
@@ -162,7 +162,7 @@ fn a_pose_with_a_pull_to_rest_converges_to_the_minimum() {
     problem.add(1.0, Position::new(hand, DVec3::new(0.2, 0.1, 0.3)));
     let joints: Vec<JointId> = problem.active().collect();
     problem.add(0.05, RestPose::new(&joints, rig.rest_pose()));
-    let solver = Solver::new(SolverOptions::default());
+    let solver = Solver::new(SolverOptions { settle: Settle::Fully, ..SolverOptions::default() });
     let mut pose = rig.rest_pose();
     let mut workspace = solver.workspace(&problem);
     let report = solver.solve(&problem, &mut pose, &mut workspace);

@@ -269,7 +269,7 @@ mod tests {
     use crate::report::here::Of;
     use crate::report::subject::{PoseSubject, Subject, largest_curvature};
     use crate::state::gradient::whole_gradient;
-    use crate::{Problem, Solver, StopReason};
+    use crate::{Problem, Settle, Solver, SolverOptions, StopReason};
 
     /// Wishes that cannot all be met, and constraints that can.
     fn problem(case: u64, random: &mut Random) -> Problem {
@@ -309,7 +309,7 @@ mod tests {
         let (mut n_cases, mut n_left, mut n_limits, mut n_rows) = (0, 0, 0, 0);
         for case in 0..400 {
             let problem = problem(case, &mut random);
-            let solver = Solver::default();
+            let solver = Solver::new(SolverOptions { settle: Settle::Fully, ..SolverOptions::default() });
             let mut workspace = solver.workspace(&problem);
             let mut pose = random_pose(problem.rig(), &mut random);
             let report = solver.solve(&problem, &mut pose, &mut workspace);
