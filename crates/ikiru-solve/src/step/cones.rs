@@ -3,27 +3,17 @@
 //! In the tangent space of a ball its cone is a box along axes of its own, which differ from sample to sample, so that what
 //! it holds is no degree of freedom over time. A hard row does the same, `n·δ = way`, for as long as its force holds the ball
 //! back. Where the cost pushes against the edge of a swing, sliding along it falls back inside: the edge's bend times the
-//! push is curvature along the other axes (as in `step/pose.rs`), one row each.
+//! push is curvature along the other axes (`step/ball.rs`), one row each.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use ikiru_rig::TangentBox;
 
 use crate::algebra::sample_rows::SampleRows;
 use crate::layout::Layout;
 use crate::state::motion::MotionState;
-use crate::step::active::{inside, is_blocked, would_pull};
+use crate::step::active::{inside, would_pull};
+use crate::step::ball::{Ball, Blocked};
 use crate::step::system::MOST_DIRECT_ROWS;
-
-/// A ball with a cone.
-#[derive(Clone, Copy, Debug)]
-struct Ball {
-    mover: usize,
-    /// Where its three turning degrees of freedom and its quaternion lie.
-    dof: usize,
-    coord: usize,
-    /// The row of the layout that its rows are.
-    row: usize,
-}
 
 /// A ball at one sample.
 #[derive(Clone, Copy, Debug)]
@@ -31,12 +21,10 @@ struct Place {
     ball: usize,
     sample: usize,
     limits: TangentBox,
-    /// Which axes cannot move in this iteration.
-    blocked: [bool; 3],
+    /// What cannot move in this iteration.
+    blocked: Blocked,
     /// How far each axis goes that is held in the current round.
     held: [Option<f64>; 3],
-    /// Curvature along the axes, where the edge of a swing holds the ball back.
-    bends: [f64; 3],
 }
 
 impl Place {
@@ -61,6 +49,8 @@ pub(crate) struct HeldAxis {
 pub(crate) struct Cones {
     n_dofs: usize,
     balls: Vec<Ball>,
+    /// The row of the layout that the rows of each ball are.
+    row_of_ball: Vec<usize>,
     /// Sample by sample.
     places: Vec<Place>,
     /// Samples in the order in which their rows are taken in, as long as there is room for them: those at which
@@ -73,13 +63,9 @@ pub(crate) struct Cones {
 
 impl Cones {
     pub(crate) fn new(layout: &Layout, rows: &mut SampleRows) -> Self {
-        let mut balls = Vec::new();
-        for (mover, m) in layout.movers.iter().enumerate().filter(|(_, m)| m.motion.cone().is_some()) {
-            let dof = m.dof + m.n_dofs - 3;
-            let row = rows.add_support(dof..dof + 3);
-            balls.push(Ball { mover, dof, coord: m.coord + m.n_coords - 4, row });
-        }
-        Self { n_dofs: layout.n_dofs, balls, ..Self::default() }
+        let balls: Vec<Ball> = Ball::all(layout).collect();
+        let row_of_ball = balls.iter().map(|ball| rows.add_support(ball.dof..ball.dof + 3)).collect();
+        Self { n_dofs: layout.n_dofs, balls, row_of_ball, ..Self::default() }
     }
 
     /// Takes over the samples of a motion.
@@ -109,19 +95,14 @@ impl Cones {
         let (n, nc) = (layout.n_dofs, layout.n_coords);
         for sample in (0..state.n_samples).filter(|t| !state.is_given[*t]) {
             for (ball, b) in self.balls.iter().enumerate() {
-                let Some(cone) = layout.movers[b.mover].motion.cone() else { continue };
-                let at = sample * nc + b.coord;
-                let limits = cone.tangent_box(DQuat::from_slice(&state.coords[at..at + 4]));
-                let pull = DVec3::from_slice(&gradient[sample * n + b.dof..sample * n + b.dof + 3]);
-                let mut blocked = [false; 3];
-                for (axis, blocked) in blocked.iter_mut().enumerate() {
-                    *blocked = is_blocked(limits.room[axis], limits.axes[axis].dot(pull));
-                }
-                let push = if blocked[0] { limits.axes[0].dot(pull).abs() } else { 0.0 };
-                // One bound for both axes beside it keeps steps short where a round is not enough to find what holds.
-                let bend = push * limits.bends.into_iter().fold(0.0, f64::max);
-                let bends = [0.0, bend, bend];
-                self.places.push(Place { ball, sample, limits, blocked, held: [None; 3], bends });
+                let limits = b.limits(&state.coords[sample * nc..(sample + 1) * nc]);
+                let at = sample * n + b.dof;
+                let pull = DVec3::from_slice(&gradient[at..at + 3]);
+                let mut blocked = Blocked::of(&limits, limits.axes.map(|axis| axis.dot(pull)));
+                // One bound for both: with that of each axis, a motion of `tests/all/motion_cones.rs` ends too far above its optimum.
+                let most = blocked.bends.into_iter().fold(0.0, f64::max);
+                blocked.bends = [0.0, most, most];
+                self.places.push(Place { ball, sample, limits, blocked, held: [None; 3] });
             }
         }
     }
@@ -134,7 +115,7 @@ impl Cones {
     /// Holds what is blocked, and nothing else.
     pub(crate) fn open(&mut self) {
         for place in &mut self.places {
-            place.held = place.blocked.map(|blocked| blocked.then_some(0.0));
+            place.held = place.blocked.axes.map(|blocked| blocked.then_some(0.0));
         }
     }
 
@@ -149,15 +130,15 @@ impl Cones {
             if place.sample > sample {
                 break;
             }
-            let ball = self.balls[place.ball];
+            let (dof, row) = (self.balls[place.ball].dof, self.row_of_ball[place.ball]);
             for axis in 0..3 {
                 let (factor, way, compliance) = match place.held[axis] {
                     Some(way) => (1.0, way, 0.0),
-                    None if place.bends[axis] > 0.0 => (place.bends[axis].sqrt(), 0.0, 1.0),
+                    None if place.blocked.bends[axis] > 0.0 => (place.blocked.bends[axis].sqrt(), 0.0, 1.0),
                     None => continue,
                 };
                 let normal = place.limits.readers[axis].to_array();
-                rows.push(ball.row, -factor * way, |_, k| factor * normal[k - ball.dof]);
+                rows.push(row, -factor * way, |_, k| factor * normal[k - dof]);
                 if let Some(last) = rows.compliance.last_mut() {
                     *last = compliance;
                 }
@@ -172,7 +153,7 @@ impl Cones {
         needed.clear();
         needed.resize(state.n_samples, 0);
         for place in &self.places {
-            let has_row = |axis: &usize| place.held[*axis].is_some() || place.bends[*axis] > 0.0;
+            let has_row = |axis: &usize| place.held[*axis].is_some() || place.blocked.bends[*axis] > 0.0;
             needed[place.sample] += (0..3).filter(has_row).count();
         }
         let mut room = MOST_DIRECT_ROWS.saturating_sub(n_rows);
@@ -206,7 +187,7 @@ impl Cones {
         let Some(way) = place.held[held.axis] else { return false };
         let pulls = would_pull(place.limits.room[held.axis], way, -multiplier, 0.0);
         if pulls {
-            (place.held[held.axis], place.blocked[held.axis]) = (None, false);
+            (place.held[held.axis], place.blocked.axes[held.axis]) = (None, false);
         }
         pulls
     }
@@ -218,7 +199,7 @@ impl Cones {
             let mut turn = DVec3::ZERO;
             for axis in 0..3 {
                 let way =
-                    if place.blocked[axis] { 0.0 } else { inside(place.limits.room[axis], along[axis]) };
+                    if place.blocked.axes[axis] { 0.0 } else { inside(place.limits.room[axis], along[axis]) };
                 turn += way * place.limits.axes[axis];
             }
             let at = place.sample * self.n_dofs + self.balls[place.ball].dof;
@@ -228,10 +209,10 @@ impl Cones {
 
     /// What edges add to the curvature along a step.
     pub(crate) fn bend_of(&self, delta: &[f64]) -> f64 {
-        let bent = self.places.iter().filter(|place| place.bends != [0.0; 3]);
+        let bent = self.places.iter().filter(|place| place.blocked.bends != [0.0; 3]);
         bent.map(|place| {
             let along = place.along(self.n_dofs, &self.balls, delta);
-            place.bends.iter().zip(along).map(|(bend, way)| bend * way * way).sum::<f64>()
+            place.blocked.bends.iter().zip(along).map(|(bend, way)| bend * way * way).sum::<f64>()
         })
         .sum()
     }

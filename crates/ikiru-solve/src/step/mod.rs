@@ -2,6 +2,7 @@
 
 pub(crate) mod acting;
 pub(crate) mod active;
+pub(crate) mod ball;
 pub(crate) mod cones;
 pub(crate) mod motion;
 pub(crate) mod motion_guards;

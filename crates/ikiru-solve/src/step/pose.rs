@@ -7,15 +7,17 @@
 //! it well scaled as the damping goes to zero. Where there are many more rows than degrees of freedom, the same step is
 //! solved for over those.
 
-use glam::{DMat3, DQuat};
+use glam::{DMat3, DVec3};
+use ikiru_rig::TangentBox;
 
 use crate::algebra::cholesky::NotPositiveDefinite;
 use crate::algebra::columns::Tall;
 use crate::algebra::rows::{Columns, Dense, OpenStep, Sparse, StepSystem, SystemMemory};
-use crate::layout::{Layout, Mover, PartLayout, Place};
+use crate::layout::{Layout, PartLayout, Place};
 use crate::problem::Problem;
 use crate::state::State;
 use crate::step::active::{Room, inside, is_blocked};
+use crate::step::ball::{Ball, Blocked};
 use crate::step::pose_guards::{Held, PoseGuards};
 
 /// Rounds of finding limits that a step would cross, fixing those and solving again.
@@ -24,10 +26,11 @@ const MOST_ROUNDS: usize = 4;
 /// Memory of the step, and the step itself in `delta`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StepSolver {
-    /// The Jacobian by the axes of [`bases`](Self::bases), where there are cones.
+    /// The Jacobian by the axes of [`boxes`](Self::boxes), where there are cones.
     jacobian: Vec<f64>,
-    /// For each joint with a cone, the axes along which its limits lie (columns, in its tangent space).
-    bases: Vec<DMat3>,
+    /// The balls with cones, and for each the axes along which its limits lie.
+    balls: Vec<Ball>,
+    boxes: Vec<TangentBox>,
     /// Half the gradient of the whole cost by each degree of freedom.
     gradient: Vec<f64>,
     /// Half the gradient and the curvature of the joint rows, by the same axes; the curvature of
@@ -52,7 +55,7 @@ pub(crate) struct StepSolver {
     y: Vec<f64>,
     /// Memory over guards.
     along: Vec<f64>,
-    /// The step, by the axes of the bases.
+    /// The step, by the axes of the boxes.
     delta: Vec<f64>,
     /// The step as a tangent.
     pub(crate) tangent: Vec<f64>,
@@ -93,10 +96,12 @@ macro_rules! with_rows {
 impl StepSolver {
     pub(crate) fn new(layout: &Layout) -> Self {
         let (n, m) = (layout.n_dofs, layout.n_rows);
+        let balls: Vec<Ball> = Ball::all(layout).collect();
         Self {
             jacobian: vec![0.0; layout.n_jacobian],
             gradient: vec![0.0; n],
-            bases: vec![DMat3::IDENTITY; layout.movers.len()],
+            boxes: Vec::with_capacity(balls.len()),
+            balls,
             own_gradient: vec![0.0; n],
             curvature: vec![0.0; n],
             own_cost: 0.0,
@@ -134,17 +139,18 @@ impl StepSolver {
         }
         if layout.has_cones {
             self.jacobian.copy_from_slice(&state.jacobian);
-            for (idx, m) in layout.movers.iter().enumerate() {
-                self.turn_to_limits(layout, state, idx, m);
-            }
+            self.turn_to_limits(layout, state);
         }
         let blocked = std::mem::take(&mut self.jacobian);
         let mut memory = std::mem::take(&mut self.memory);
         let jacobian = if layout.has_cones { &blocked } else { &state.jacobian };
         let largest = with_rows!(layout, jacobian, &mut memory, rows => self.begin_rows(layout, state, rows));
         (self.jacobian, self.memory) = (blocked, memory);
-        if layout.has_cones {
-            self.bend(layout, state);
+        for (ball, limits) in self.balls.iter().zip(&self.boxes) {
+            let at = ball.dof;
+            let gradient = [self.gradient[at], self.gradient[at + 1], self.gradient[at + 2]];
+            let curvature = &mut self.curvature[at..at + 3];
+            curvature.iter_mut().zip(Blocked::of(limits, gradient).bends).for_each(|(c, bend)| *c += bend);
         }
         largest
     }
@@ -172,47 +178,31 @@ impl StepSolver {
         largest
     }
 
-    /// Turns a ball's three directions to the axes of its cone, so that its limits too are ranges.
-    fn turn_to_limits(&mut self, layout: &Layout, state: &State, idx: usize, m: &Mover) {
-        let Some(cone) = m.motion.cone() else { return };
-        let (at, coord) = (m.dof + m.n_dofs - 3, m.coord + m.n_coords - 4);
-        let limits = cone.tangent_box(DQuat::from_slice(&state.coords[coord..coord + 4]));
-        let basis = DMat3::from_cols(limits.axes[0], limits.axes[1], limits.axes[2]);
-        self.bases[idx] = basis;
-        self.room[at..at + 3].copy_from_slice(&limits.room);
-        let into_basis = basis.transpose();
-        let turn = |v: &mut [f64]| {
-            let turned = into_basis * glam::DVec3::from_slice(v);
-            v[..3].copy_from_slice(&turned.to_array());
-        };
-        turn(&mut self.own_gradient[at..at + 3]);
-        let span = layout.spans[at];
-        for row in 0..span.len {
-            let index = |k: usize| layout.spans[at + k].start + row;
-            let mut entry = [self.jacobian[index(0)], self.jacobian[index(1)], self.jacobian[index(2)]];
-            turn(&mut entry);
-            for (k, e) in entry.into_iter().enumerate() {
-                self.jacobian[index(k)] = e;
+    /// Turns each ball's three directions to the axes of its cone, so that its limits too are ranges.
+    fn turn_to_limits(&mut self, layout: &Layout, state: &State) {
+        self.boxes.clear();
+        for ball in &self.balls {
+            let (at, limits) = (ball.dof, ball.limits(&state.coords));
+            self.room[at..at + 3].copy_from_slice(&limits.room);
+            let into_box = basis(&limits).transpose();
+            let turn = |v: &mut [f64]| {
+                let turned = into_box * DVec3::from_slice(v);
+                v[..3].copy_from_slice(&turned.to_array());
+            };
+            turn(&mut self.own_gradient[at..at + 3]);
+            let span = layout.spans[at];
+            for row in 0..span.len {
+                let index = |k: usize| layout.spans[at + k].start + row;
+                let mut entry = [self.jacobian[index(0)], self.jacobian[index(1)], self.jacobian[index(2)]];
+                turn(&mut entry);
+                for (k, e) in entry.into_iter().enumerate() {
+                    self.jacobian[index(k)] = e;
+                }
             }
-        }
-        for row in self.guards.guards.rows.jacobian.chunks_exact_mut(layout.n_dofs) {
-            turn(&mut row[at..at + 3]);
-        }
-    }
-
-    /// Where the cost pushes against the edge of a swing, sliding along it falls back inside: the edge's bend times
-    /// the push is curvature of the cost.
-    fn bend(&mut self, layout: &Layout, state: &State) {
-        for m in &layout.movers {
-            let Some(cone) = m.motion.cone() else { continue };
-            let (at, coord) = (m.dof + m.n_dofs - 3, m.coord + m.n_coords - 4);
-            if self.free[at] {
-                continue;
+            for row in self.guards.guards.rows.jacobian.chunks_exact_mut(layout.n_dofs) {
+                turn(&mut row[at..at + 3]);
             }
-            let limits = cone.tangent_box(DQuat::from_slice(&state.coords[coord..coord + 4]));
-            for k in 1..3 {
-                self.curvature[at + k] += limits.bends[k] * self.gradient[at].abs();
-            }
+            self.boxes.push(limits);
         }
     }
 
@@ -318,7 +308,7 @@ impl StepSolver {
                 delta: &mut self.delta,
             };
             let solved = self.guards.solve(&mut rows, &mut held);
-            self.write_tangent(layout);
+            self.write_tangent();
             return solved;
         }
         for round in 0..MOST_ROUNDS {
@@ -331,22 +321,18 @@ impl StepSolver {
         for (delta, room) in self.delta.iter_mut().zip(&self.room) {
             *delta = inside(*room, *delta);
         }
-        self.write_tangent(layout);
+        self.write_tangent();
         Ok(())
     }
 
-    /// The step as a tangent, from that by the axes of the bases.
+    /// The step as a tangent, from that by the axes of the boxes.
     #[inline(always)]
-    fn write_tangent(&mut self, layout: &Layout) {
+    fn write_tangent(&mut self) {
         self.tangent.copy_from_slice(&self.delta);
-        if layout.has_cones {
-            for (m, basis) in layout.movers.iter().zip(&self.bases) {
-                if m.motion.cone().is_some() {
-                    let at = m.dof + m.n_dofs - 3;
-                    let turned = *basis * glam::DVec3::from_slice(&self.delta[at..at + 3]);
-                    self.tangent[at..at + 3].copy_from_slice(&turned.to_array());
-                }
-            }
+        for (ball, limits) in self.balls.iter().zip(&self.boxes) {
+            let turn = ball.dof..ball.dof + 3;
+            let turned = basis(limits) * DVec3::from_slice(&self.delta[turn.clone()]);
+            self.tangent[turn].copy_from_slice(&turned.to_array());
         }
     }
 
@@ -420,6 +406,13 @@ impl StepSolver {
         let (wishes, violation) = self.guards.guards.predicted(&self.delta, &mut self.along);
         (cost + wishes, violation)
     }
+}
+
+/// The axes of a box, as columns.
+#[inline(always)]
+fn basis(limits: &TangentBox) -> DMat3 {
+    let [first, second, third] = limits.axes;
+    DMat3::from_cols(first, second, third)
 }
 
 /// What separable rows and potentials cost.
