@@ -53,7 +53,7 @@ impl Lm {
         effort: &mut Effort,
     ) -> Outcome {
         let mut best = Outcome::new(cost, model.violation(), StopReason::NoProgress, false);
-        let may_miss = model.may_have_forces();
+        let may_miss = model.may_have_guards();
         let mut damping = Damping { now: 0.0, scale: 0.0 };
         let last = if may_miss {
             self.best.copy_from_slice(model.coords());
@@ -72,8 +72,8 @@ impl Lm {
         last
     }
 
-    /// The loop; where no row has a force (`FORCES`), nothing of them is asked for.
-    fn run_from<M: Model, const FORCES: bool>(
+    /// The loop; where there are no guards (`GUARDS`), nothing of them is asked for.
+    fn run_from<M: Model, const GUARDS: bool>(
         &mut self,
         model: &mut M,
         cost: f64,
@@ -86,20 +86,20 @@ impl Lm {
         let (first, mut cost) = (cost, cost);
         let (mut damping, mut scale) = (0.0, 0.0);
         let mut patience = bar.patience(cost, model.violation());
-        let mut hard = Hard::<FORCES>::new(model.violation());
+        let mut hard = Hard::<GUARDS>::new(model.violation());
         let mut n_little = 0;
         let mut settling = Settling::default();
-        if FORCES {
-            model.forget_forces();
+        if GUARDS {
+            model.forget_guards();
         }
         'accepted: loop {
-            if bar.is_met(cost) && (!FORCES || model.holds()) {
+            if bar.is_met(cost) && (!GUARDS || model.holds()) {
                 return Outcome::new(cost, hard.violation, StopReason::Reached, true);
             }
             model.linearize();
             let gradient = model.begin();
-            let has_forces = FORCES && model.has_forces();
-            if gradient == 0.0 && !has_forces {
+            let has_guards = GUARDS && model.has_guards();
+            if gradient == 0.0 && !has_guards {
                 return Outcome::new(cost, 0.0, StopReason::Converged, false);
             }
             if damping == 0.0 {
@@ -132,7 +132,7 @@ impl Lm {
                     (damping * (cost / first).sqrt().min(1.0)).max(rules.least_damping * scale)
                 };
                 used.now = damping_now;
-                if has_forces {
+                if has_guards {
                     model.aim(hard.share);
                 }
                 if model.solve(damping_now).is_err() {
@@ -140,7 +140,7 @@ impl Lm {
                     continue;
                 }
                 let (promised_cost, promised_violation) = model.promised();
-                if has_forces {
+                if has_guards {
                     hard.weigh(model.largest_force());
                 }
                 let merit = hard.merit(cost, hard.violation);
@@ -173,7 +173,7 @@ impl Lm {
                     };
                     cost = trial;
                     hard.accept(model.violation());
-                    if has_forces {
+                    if has_guards {
                         let found = Outcome::new(cost, hard.violation, best.stop, false);
                         if found.is_better(best) {
                             *best = found;
@@ -199,12 +199,12 @@ impl Lm {
 
     /// Follows the bend of rows away from their linear model by one more solve, where that leads to better coordinates than
     /// the trial that the model is at; the answer is the cost of the better ones, at which the model is then.
-    fn correct<M: Model, const FORCES: bool>(
+    fn correct<M: Model, const GUARDS: bool>(
         &mut self,
         model: &mut M,
         damping: f64,
         trial: f64,
-        hard: &Hard<FORCES>,
+        hard: &Hard<GUARDS>,
     ) -> f64 {
         let first = hard.merit(trial, model.violation());
         self.first_try.copy_from_slice(model.coords());
@@ -372,13 +372,13 @@ mod tests {
     fn what_is_hard_costs_more_than_any_wish_and_less_of_it_is_asked_for_where_that_led_nowhere() {
         // A force of 1 makes a missed metre cost 4: the wish gains 1 with each step, and misses half a metre more.
         let mut model = Line::new(|x| 10.0 - x);
-        (model.has_forces, model.violation_of) = (true, |x| 0.5 * x);
+        (model.has_guards, model.violation_of) = (true, |x| 0.5 * x);
         let (outcome, _) = run(&mut model, None, 4);
         assert_eq!((model.x, outcome.violation), ([0.0], 0.0));
         assert_eq!(model.shares, [1.0, 0.5, 0.25, 0.125]);
         // What makes good what is missed is worth a cost.
         let mut model = Line::new(|x| 10.0 + x);
-        (model.has_forces, model.violation_of) = (true, |x: f64| (3.0 - x).max(0.0));
+        (model.has_guards, model.violation_of) = (true, |x: f64| (3.0 - x).max(0.0));
         let (outcome, _) = run(&mut model, None, 3);
         assert_eq!((model.x, outcome.violation), ([3.0], 0.0));
         assert_eq!(model.shares, [1.0; 3]);

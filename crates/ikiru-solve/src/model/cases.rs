@@ -9,7 +9,7 @@ pub(crate) struct Line {
     pub(crate) cost_of: fn(f64) -> f64,
     /// What is hard, as far as it is missed there.
     pub(crate) violation_of: fn(f64) -> f64,
-    pub(crate) has_forces: bool,
+    pub(crate) has_guards: bool,
     pub(crate) is_satisfied: bool,
     pub(crate) step: f64,
     /// The step once it is corrected, if it is.
@@ -31,7 +31,7 @@ impl Line {
             x: [0.0],
             cost_of,
             violation_of: |_| 0.0,
-            has_forces: false,
+            has_guards: false,
             is_satisfied: false,
             step: 1.0,
             corrected: None,
@@ -65,8 +65,8 @@ impl Model for Line {
     fn hard_square(&self) -> f64 {
         self.now * self.now
     }
-    fn may_have_forces(&self) -> bool {
-        self.has_forces
+    fn may_have_guards(&self) -> bool {
+        self.has_guards
     }
     fn has_failed(&self) -> bool {
         false
@@ -87,12 +87,12 @@ impl Model for Line {
     fn rules(&self) -> Rules {
         self.rules
     }
-    fn forget_forces(&mut self) {}
+    fn forget_guards(&mut self) {}
     fn begin(&mut self) -> f64 {
         self.gradient
     }
-    fn has_forces(&self) -> bool {
-        self.has_forces
+    fn has_guards(&self) -> bool {
+        self.has_guards
     }
     fn scale(&mut self) -> f64 {
         2.0

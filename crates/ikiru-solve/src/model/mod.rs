@@ -36,7 +36,7 @@ pub(crate) trait Model {
     fn hard_square(&self) -> f64;
 
     /// Whether there may be guards: what is hard, and what wants to be at least something.
-    fn may_have_forces(&self) -> bool;
+    fn may_have_guards(&self) -> bool;
 
     /// Whether an objective gave up.
     fn has_failed(&self) -> bool;
@@ -60,15 +60,15 @@ pub(crate) trait Model {
     /// Numbers that steer the loop, as of the last linearization.
     fn rules(&self) -> Rules;
 
-    /// Forgets which rows acted in an earlier solve.
-    fn forget_forces(&mut self);
+    /// Forgets what guards did in an earlier solve.
+    fn forget_guards(&mut self);
 
     /// Takes over a linearization for steps from it. The answer is the largest entry of half the gradient that
     /// neither limits nor the forces of the step before hold up.
     fn begin(&mut self) -> f64;
 
     /// Whether guards are there, as of the last linearization.
-    fn has_forces(&self) -> bool;
+    fn has_guards(&self) -> bool;
 
     /// The largest curvature along one tangent, by which damping is measured; steps take it over.
     fn scale(&mut self) -> f64;

@@ -47,7 +47,7 @@ impl Model for PoseModel<'_> {
     }
 
     #[inline(always)]
-    fn may_have_forces(&self) -> bool {
+    fn may_have_guards(&self) -> bool {
         self.layout.n_guards > 0
     }
 
@@ -58,7 +58,7 @@ impl Model for PoseModel<'_> {
 
     #[inline(always)]
     fn holds(&self) -> bool {
-        !self.may_have_forces() || self.state.holds(self.layout, self.problem)
+        !self.may_have_guards() || self.state.holds(self.layout, self.problem)
     }
 
     fn is_satisfied(&self, part: f64) -> bool {
@@ -80,10 +80,10 @@ impl Model for PoseModel<'_> {
 
     #[inline(always)]
     fn rules(&self) -> Rules {
-        if self.may_have_forces() { Rules::POSE.with_forces() } else { Rules::POSE }
+        if self.may_have_guards() { Rules::POSE.with_guards() } else { Rules::POSE }
     }
 
-    fn forget_forces(&mut self) {
+    fn forget_guards(&mut self) {
         self.step.guards.acting.forget();
     }
 
@@ -93,8 +93,8 @@ impl Model for PoseModel<'_> {
     }
 
     #[inline(always)]
-    fn has_forces(&self) -> bool {
-        self.may_have_forces()
+    fn has_guards(&self) -> bool {
+        self.may_have_guards()
     }
 
     #[inline(always)]
@@ -135,6 +135,6 @@ impl Model for PoseModel<'_> {
     }
 
     fn correct(&mut self, damping: f64) -> bool {
-        self.may_have_forces() && self.step.correct(self.layout, self.state, damping)
+        self.may_have_guards() && self.step.correct(self.layout, self.state, damping)
     }
 }

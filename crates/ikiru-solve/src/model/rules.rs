@@ -35,13 +35,13 @@ impl Rules {
     pub(crate) const TRAJECTORY_ITERATIVE: Self =
         Self { least_damping: 1e-6, least_gain: 1e-6, poor: 0.5, little_gain: 1e-2, n_little: 2 };
 
-    /// The same where rows have a force: what is missed after a step is what the next must make good.
-    pub(crate) fn with_forces(self) -> Self {
-        Self { poor: POOR_WITH_FORCES, ..self }
+    /// The same where there are guards: what is missed after a step is what the next must make good.
+    pub(crate) fn with_guards(self) -> Self {
+        Self { poor: POOR_WITH_GUARDS, ..self }
     }
 }
 
-const POOR_WITH_FORCES: f64 = 0.75;
+const POOR_WITH_GUARDS: f64 = 0.75;
 
 /// How a single run of the loop begins and how exactly it is to end.
 #[derive(Clone, Copy, Debug)]

@@ -108,7 +108,7 @@ impl Model for Trajectory<'_> {
         self.state.hard_square
     }
 
-    fn may_have_forces(&self) -> bool {
+    fn may_have_guards(&self) -> bool {
         self.layout.n_guards > 0
     }
 
@@ -117,7 +117,7 @@ impl Model for Trajectory<'_> {
     }
 
     fn holds(&self) -> bool {
-        !self.may_have_forces() || self.state.is_within(self.layout, self.motion, 1.0, |term| term.hard)
+        !self.may_have_guards() || self.state.is_within(self.layout, self.motion, 1.0, |term| term.hard)
     }
 
     fn is_satisfied(&self, part: f64) -> bool {
@@ -145,10 +145,10 @@ impl Model for Trajectory<'_> {
     fn rules(&self) -> Rules {
         let is_iterative = self.memory.step.is_iterative(self.state);
         let rules = if is_iterative { Rules::TRAJECTORY_ITERATIVE } else { Rules::TRAJECTORY };
-        if self.has_forces() { rules.with_forces() } else { rules }
+        if self.has_guards() { rules.with_guards() } else { rules }
     }
 
-    fn forget_forces(&mut self) {
+    fn forget_guards(&mut self) {
         self.memory.step.guards.acting.forget();
     }
 
@@ -156,7 +156,7 @@ impl Model for Trajectory<'_> {
         self.memory.step.begin(self.layout, self.state)
     }
 
-    fn has_forces(&self) -> bool {
+    fn has_guards(&self) -> bool {
         !self.state.guards.is_empty()
     }
 
@@ -193,7 +193,7 @@ impl Model for Trajectory<'_> {
     }
 
     fn correct(&mut self, damping: f64) -> bool {
-        if !self.has_forces() && self.state.rows.blocks.is_empty() {
+        if !self.has_guards() && self.state.rows.blocks.is_empty() {
             return false;
         }
         let TrajectoryMemory { step, residual, guards, .. } = &mut *self.memory;

@@ -69,7 +69,7 @@ impl Searcher {
             }
         }
         // What is hard is held to the last digit, not just within its tolerance.
-        let is_given_up = best.stop == StopReason::NoProgress && starts.model().may_have_forces();
+        let is_given_up = best.stop == StopReason::NoProgress && starts.model().may_have_guards();
         if success && !(is_given_up && bar.cost_below.is_none()) {
             // The last start is the best one, and the model still stands there.
             return (best, restarts);
@@ -118,7 +118,7 @@ impl Searcher {
 /// Whether a start met the bar; evaluates the model where tolerances decide.
 fn succeeded<M: Model>(model: &mut M, bar: &Bar, outcome: &mut Outcome) -> bool {
     if let Some(bar) = bar.cost_below
-        && !model.may_have_forces()
+        && !model.may_have_guards()
     {
         return outcome.cost < bar;
     }

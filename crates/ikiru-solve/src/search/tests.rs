@@ -122,20 +122,20 @@ fn what_ends_the_whole_solve_ends_the_search() {
 
 #[test]
 fn where_tolerances_decide_what_is_given_up_inside_them_is_followed_as_long_as_something_is_hard() {
-    for (has_forces, stop, n_began) in [
+    for (has_guards, stop, n_began) in [
         (true, StopReason::NoProgress, 2),
         (true, StopReason::Converged, 1),
         (false, StopReason::NoProgress, 1),
     ] {
         let mut starts = on_line(|x| 10.0 + x, &[]);
-        (starts.model.is_satisfied, starts.model.has_forces) = (true, has_forces);
+        (starts.model.is_satisfied, starts.model.has_guards) = (true, has_guards);
         starts.improved = if stop == StopReason::Converged {
             |x| (x, StopReason::Converged)
         } else {
             |x| (x, StopReason::NoProgress)
         };
         let (_, restarts) = run(&mut starts, 2, None);
-        assert_eq!((restarts, starts.began.len()), (0, n_began), "{has_forces} {stop:?}");
+        assert_eq!((restarts, starts.began.len()), (0, n_began), "{has_guards} {stop:?}");
     }
 }
 
@@ -143,7 +143,7 @@ fn where_tolerances_decide_what_is_given_up_inside_them_is_followed_as_long_as_s
 fn below_the_bar_what_is_hard_must_hold_too() {
     let mut starts = on_line(|x| x, &[1.5, 2.0, 2.5]);
     starts.model.x = [1.0];
-    (starts.model.has_forces, starts.model.violation_of) = (true, |x| if x == 1.0 { 0.1 } else { 0.0 });
+    (starts.model.has_guards, starts.model.violation_of) = (true, |x| if x == 1.0 { 0.1 } else { 0.0 });
     let (outcome, restarts) = run(&mut starts, 1, Some(2.0));
     assert_eq!((outcome.cost, outcome.violation, restarts), (1.5, 0.0, 1));
 }

@@ -162,7 +162,7 @@ mod tests {
     use crate::words::Sense;
 
     #[test]
-    fn rows_with_a_force_are_what_terms_miss_and_closed_ones_want_nothing() {
+    fn guards_are_what_terms_miss_and_closed_ones_want_nothing() {
         let (mut n_hard, mut n_wished, mut n_closed, mut n_missed) = (0, 0, 0, 0);
         for number in 0..30 {
             let mut case = case_with_guards(number);

@@ -73,7 +73,7 @@ fn rows_are_what_residuals_change_by() {
     }
 }
 #[test]
-fn rows_with_a_force_are_what_residuals_change_by() {
+fn the_rows_of_guards_are_what_residuals_change_by() {
     for number in 0..20 {
         let mut case = case_with_guards(number);
         let (layout, motion) = (&case.layout, &case.motion);

@@ -247,7 +247,7 @@ fn random_rows(random: &mut Random) -> Vec<(Sense, Option<f64>)> {
 }
 
 #[test]
-fn a_step_with_forces_is_the_least_of_all_ways_to_hold_and_act() {
+fn a_step_with_guards_is_the_least_of_all_ways_to_hold_and_act() {
     let mut random = Random::new(1);
     let (mut n_held, mut n_idle, mut n_pressed, mut n_acting) = (0, 0, 0, 0);
     for number in 0..400 {
