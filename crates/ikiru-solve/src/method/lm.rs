@@ -108,7 +108,7 @@ impl Lm {
             }
             let rules = model.rules();
             let settled = if bar.settles {
-                let missed = if has_forces { scale * model.hard_square() } else { 0.0 };
+                let missed = if has_guards { scale * model.hard_square() } else { 0.0 };
                 Settling::damping(cost + missed, scale)
             } else {
                 0.0
@@ -145,10 +145,14 @@ impl Lm {
                 }
                 let merit = hard.merit(cost, hard.violation);
                 let promised = merit - hard.merit(promised_cost, promised_violation);
-                let gain = promised.abs();
-                n_little = if gain < rules.little_gain * merit { n_little + 1 } else { 0 };
+                let least_gain = rules.least_gain.max(effort.least_gain);
+                let (mut gain, mut whole) = (promised.abs(), merit);
+                if GUARDS && cost > bar.nothing && hard.is_stuck(promised_violation, least_gain) {
+                    (gain, whole) = ((cost - promised_cost).abs(), cost);
+                }
+                n_little = if gain < rules.little_gain * whole { n_little + 1 } else { 0 };
                 if model.longest() < LEAST_STEP
-                    || gain < rules.least_gain.max(effort.least_gain) * merit
+                    || gain < least_gain * whole
                     || (n_little >= rules.n_little && model.is_satisfied(1.0))
                 {
                     model.set_coords(&self.accepted);
@@ -248,6 +252,12 @@ impl<const ANY: bool> Hard<ANY> {
     #[inline(always)]
     fn merit(&self, cost: f64, violation: f64) -> f64 {
         if !ANY || violation == 0.0 { cost } else { cost + self.weight * violation }
+    }
+
+    /// Whether what they miss changes by no more than a part of it. Where they contradict each other that is nearly all of
+    /// the merit, beside which a wish that has not settled yet would count for nothing.
+    fn is_stuck(&self, promised_violation: f64, part: f64) -> bool {
+        (self.violation - promised_violation).abs() <= part * self.violation
     }
 
     /// Takes over the largest force of a step. Forces are half of what the cost would fall by.
@@ -382,6 +392,22 @@ mod tests {
         let (outcome, _) = run(&mut model, None, 3);
         assert_eq!((model.x, outcome.violation), ([3.0], 0.0));
         assert_eq!(model.shares, [1.0; 3]);
+    }
+
+    #[test]
+    fn where_what_is_missed_falls_no_more_a_gain_is_measured_by_the_cost() {
+        // A thousandth of what is missed counts 40, of the cost 0.01.
+        for (cost_of, wanted) in [
+            ((|x| 10.0 - x) as fn(f64) -> f64, StopReason::IterationLimit),
+            (|x| 10.0 - 1e-3 * x, StopReason::Converged),
+            (|_| 0.0, StopReason::Converged),
+        ] {
+            for violation_of in [(|_| 1e4) as fn(f64) -> f64, |x| 1e4 + 1e-6 * x] {
+                let mut model = Line::new(cost_of);
+                (model.has_guards, model.violation_of, model.rules.least_gain) = (true, violation_of, 1e-3);
+                assert_eq!(run(&mut model, None, 4).0.stop, wanted);
+            }
+        }
     }
 
     #[test]
