@@ -1,8 +1,8 @@
 //! Linear systems, and nothing of what they are about: rows over degrees of freedom, bands over time.
 
 pub(crate) mod banded;
+pub(crate) mod branched;
 pub(crate) mod cholesky;
-pub(crate) mod columns;
 pub(crate) mod full_rows;
 pub(crate) mod iterative;
 pub(crate) mod rows;

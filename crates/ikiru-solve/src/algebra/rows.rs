@@ -2,9 +2,9 @@
 //!
 //! Two shapes of the same thing: [`Dense`] for problems of few rows, whose count the compiler knows and whose
 //! loops it unrolls, and [`Sparse`] for all others, where each degree of freedom touches only the span of
-//! rows below its joint. (Where rows are many times as many as degrees of freedom, [`Tall`] takes the other side.)
+//! rows below its joint. (Where that is less work, [`Branched`] takes the other side.)
 //!
-//! [`Tall`]: crate::algebra::columns::Tall
+//! [`Branched`]: crate::algebra::branched::Branched
 
 use crate::algebra::cholesky::{self, NotPositiveDefinite, factor_fixed, solve_fixed};
 use crate::layout::{Layout, Span};
@@ -270,7 +270,8 @@ impl<const M: usize> RowSystem for Dense<'_, M> {
     }
 }
 
-/// Memory of a system whose size the compiler does not know: [`Sparse`], or [`Tall`](crate::algebra::columns::Tall).
+/// Memory of a system whose size the compiler does not know: [`Sparse`], or
+/// [`Branched`](crate::algebra::branched::Branched).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SystemMemory {
     /// The matrix without damping, its lower half.
@@ -281,10 +282,13 @@ pub(crate) struct SystemMemory {
 
 impl SystemMemory {
     pub(crate) fn new(layout: &Layout) -> Self {
-        match layout.dense_rows {
-            Some(_) => Self::of_size(0),
-            None if layout.is_tall => Self::of_size(layout.n_dofs),
-            None => Self::of_size(layout.n_rows),
+        match (layout.dense_rows, &layout.paths) {
+            (Some(_), _) => Self::of_size(0),
+            (None, Some(paths)) => Self {
+                matrix: vec![0.0; paths.n_entries()],
+                factor: vec![0.0; paths.n_entries() + layout.n_dofs],
+            },
+            (None, None) => Self::of_size(layout.n_rows),
         }
     }
 

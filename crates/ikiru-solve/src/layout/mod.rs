@@ -11,10 +11,12 @@ use crate::objective::{TermReads, Unfit};
 use crate::problem::Problem;
 use crate::words::Sense;
 
+mod paths;
 mod signature;
 mod tree;
 
 pub(crate) use crate::objective::places::{JointRead, PartLayout, Place, Run, TermLayout};
+pub(crate) use paths::Paths;
 pub(crate) use signature::Signature;
 use tree::depth_first;
 
@@ -26,9 +28,6 @@ const MOST_DENSE_ROWS: usize = 12;
 
 /// Up to so many frames of one term, walking from each to its root beats one pass over the whole tree.
 const MOST_WALKED: usize = 3;
-
-/// So many times as many rows as degrees of freedom make it cheaper to solve over the latter.
-const TALL: usize = 2;
 
 /// A joint of the reduced tree: one that moves, or whose frame is read.
 #[derive(Clone, Copy, Debug)]
@@ -104,8 +103,8 @@ pub(crate) struct Layout {
     /// How many rows there are (3, 6, 9 or 12, the last ones empty) where they are so few that all are kept
     /// for every degree of freedom.
     pub(crate) dense_rows: Option<usize>,
-    /// Whether steps are solved for over degrees of freedom, since there are so many more rows.
-    pub(crate) is_tall: bool,
+    /// Which degrees of freedom steps couple, where they are solved for over these, since that is less work than over rows.
+    pub(crate) paths: Option<Paths>,
     /// Whether there is gradient or curvature beside rows.
     pub(crate) has_own: bool,
     pub(crate) has_cones: bool,
@@ -375,8 +374,11 @@ impl Layout {
             self.terms[t].rows = first..self.n_rows;
         }
         let mut ends = vec![(usize::MAX, 0usize); self.n_dofs];
+        let mut coupled = Vec::new();
         for term in self.terms.iter().filter(|t| !t.rows.is_empty()) {
+            let mut reached = Vec::new();
             let mut reach = |dofs: Range<usize>| {
+                reached.extend(dofs.clone());
                 for end in &mut ends[dofs] {
                     *end = (end.0.min(term.rows.start), end.1.max(term.rows.end));
                 }
@@ -392,18 +394,23 @@ impl Layout {
             for read in term.joint_reads.iter().filter(|_| !term.by_motion.is_empty()) {
                 read.dof.into_iter().for_each(|dof| reach(dof..dof + read.n_dofs));
             }
+            coupled.push(reached);
         }
         if self.n_rows <= MOST_DENSE_ROWS {
             self.n_rows = self.n_rows.next_multiple_of(3).max(3);
             self.dense_rows = Some(self.n_rows);
             ends.fill((0, self.n_rows));
         }
-        self.is_tall = self.dense_rows.is_none() && self.n_rows >= TALL * self.n_dofs;
         // The degrees of freedom of one joint share their span.
         for (first, last) in ends {
             let len = last.saturating_sub(first);
             self.spans.push(Span { first: if len == 0 { 0 } else { first }, len, start: self.n_jacobian });
             self.n_jacobian += len;
+        }
+        if self.dense_rows.is_none() {
+            let paths = Paths::new(self.n_dofs, &coupled);
+            self.paths =
+                (paths.work(&self.spans) < work_over_rows(self.n_rows, &self.spans)).then_some(paths);
         }
         let (guards, own) = (self.n_rows, self.n_rows + self.n_guards);
         for part in &mut self.parts {
@@ -483,6 +490,11 @@ impl Layout {
                 .copy_from_slice(&coords[m.coord..m.coord + m.n_coords]);
         }
     }
+}
+
+/// About how many multiplications a step takes over rows: the matrix, its factor.
+fn work_over_rows(n_rows: usize, spans: &[Span]) -> usize {
+    spans.iter().map(|span| span.len * span.len / 2).sum::<usize>() + n_rows.pow(3) / 6
 }
 
 /// A rig has at most 100,000 joints of at most 6 degrees of freedom, so that this never saturates.

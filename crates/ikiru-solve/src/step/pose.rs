@@ -10,8 +10,8 @@
 use glam::{DMat3, DVec3};
 use ikiru_rig::TangentBox;
 
+use crate::algebra::branched::Branched;
 use crate::algebra::cholesky::NotPositiveDefinite;
-use crate::algebra::columns::Tall;
 use crate::algebra::rows::{Columns, Dense, OpenStep, Sparse, StepSystem, SystemMemory};
 use crate::layout::{Layout, PartLayout, Place};
 use crate::problem::Problem;
@@ -64,28 +64,28 @@ pub(crate) struct StepSolver {
 /// Runs one expression with the system of the layout's shape.
 macro_rules! with_rows {
     ($layout:expr, $jacobian:expr, $memory:expr, $rows:ident => $body:expr) => {
-        match $layout.dense_rows {
-            Some(3) => {
+        match ($layout.dense_rows, &$layout.paths) {
+            (Some(3), _) => {
                 let $rows = Dense::<3>::new($jacobian);
                 $body
             }
-            Some(6) => {
+            (Some(6), _) => {
                 let $rows = Dense::<6>::new($jacobian);
                 $body
             }
-            Some(9) => {
+            (Some(9), _) => {
                 let $rows = Dense::<9>::new($jacobian);
                 $body
             }
-            Some(_) => {
+            (Some(_), _) => {
                 let $rows = Dense::<12>::new($jacobian);
                 $body
             }
-            None if $layout.is_tall => {
-                let $rows = Tall::new($layout, $jacobian, $memory);
+            (None, Some(paths)) => {
+                let $rows = Branched::new($layout, paths, $jacobian, $memory);
                 $body
             }
-            None => {
+            (None, None) => {
                 let $rows = Sparse::new($layout, $jacobian, $memory);
                 $body
             }
