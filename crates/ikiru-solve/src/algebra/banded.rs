@@ -2,6 +2,7 @@
 //! third order couples.
 
 use crate::algebra::cholesky::NotPositiveDefinite;
+use crate::algebra::room::make_room;
 
 /// The diagonal and three above it, one row a sample: `rows[t][d]` is the entry `(t, t + d)`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -157,6 +158,11 @@ pub(crate) struct BandedLines {
 }
 
 impl BandedLines {
+    /// Makes room for `n` degrees of freedom over some samples.
+    pub(crate) fn make_room(&mut self, n: usize, n_samples: usize) {
+        make_room(&mut self.rows, 4 * n * n_samples);
+    }
+
     /// Zeros for `n` degrees of freedom over some samples.
     pub(crate) fn clear(&mut self, n: usize, n_samples: usize) {
         self.n = n;

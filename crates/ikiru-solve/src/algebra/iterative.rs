@@ -8,6 +8,7 @@
 
 use crate::algebra::banded::BandedLines;
 use crate::algebra::cholesky::{self, NotPositiveDefinite, dot};
+use crate::algebra::room::make_room;
 use crate::algebra::sample_rows::SampleRows;
 
 /// How far the residual must fall; the step is one of many.
@@ -34,6 +35,20 @@ pub(crate) struct Iterative {
 }
 
 impl Iterative {
+    /// Makes room for so many degrees of freedom and samples, of which each has so many rows at most, by sample.
+    pub(crate) fn make_room(&mut self, n: usize, n_samples: usize, most_rows: impl Iterator<Item = usize>) {
+        let (mut of_grams, mut most) = (0, 0);
+        most_rows.for_each(|m| (of_grams, most) = (of_grams + m * m, most.max(m)));
+        self.over_time.make_room(n, n_samples);
+        make_room(&mut self.grams, of_grams);
+        make_room(&mut self.of_rows, most);
+        make_room(&mut self.masked, n);
+        let Self { residual, direction, product, conditioned, kept, .. } = self;
+        for per_tangent in [residual, direction, product, conditioned, kept] {
+            make_room(per_tangent, n * n_samples);
+        }
+    }
+
     /// Memory for smoothness and damping of all degrees of freedom, to be filled before [`prepare`](Self::prepare).
     pub(crate) fn over_time(&mut self) -> &mut BandedLines {
         &mut self.over_time

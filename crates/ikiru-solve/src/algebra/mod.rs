@@ -5,5 +5,6 @@ pub(crate) mod branched;
 pub(crate) mod cholesky;
 pub(crate) mod full_rows;
 pub(crate) mod iterative;
+pub(crate) mod room;
 pub(crate) mod rows;
 pub(crate) mod sample_rows;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::algebra::cholesky::dot;
+use crate::algebra::room::{MostRows, make_room};
 use crate::layout::Layout;
 use crate::words::Loss;
 
@@ -94,10 +95,25 @@ impl SampleRows {
         self.support.len() - 1
     }
 
+    /// How many entries a row of the layout has.
+    pub(crate) fn n_entries(&self, of_layout: usize) -> usize {
+        self.support[of_layout].iter().map(|run| run.dofs.len()).sum()
+    }
+
+    /// Makes room for the most rows that there may be.
+    pub(crate) fn make_room(&mut self, most: MostRows) {
+        make_room(&mut self.blocks, most.blocks);
+        make_room(&mut self.parts, most.parts);
+        make_room(&mut self.residual, most.rows);
+        make_room(&mut self.compliance, most.rows);
+        make_room(&mut self.of_layout, most.rows);
+        make_room(&mut self.jacobian, most.entries);
+    }
+
     /// Adds a row of another set, which has the same layout.
     pub(crate) fn push_copy(&mut self, other: &Self, row: usize) {
         let (of_layout, at) = other.of_layout[row];
-        let n: usize = other.support[of_layout].iter().map(|run| run.dofs.len()).sum();
+        let n = other.n_entries(of_layout);
         self.residual.push(other.residual[row]);
         self.compliance.push(other.compliance[row]);
         self.of_layout.push((of_layout, self.jacobian.len()));
@@ -114,7 +130,7 @@ impl SampleRows {
         compliance: f64,
     ) {
         let (of_layout, at) = other.of_layout[row];
-        let n: usize = other.support[of_layout].iter().map(|run| run.dofs.len()).sum();
+        let n = other.n_entries(of_layout);
         self.residual.push(residual);
         self.compliance.push(compliance);
         self.of_layout.push((of_layout, self.jacobian.len()));

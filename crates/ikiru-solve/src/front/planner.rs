@@ -39,7 +39,8 @@ impl PlannedMotion<'_> {
 }
 
 /// Scratch memory for planning one motion at a time. A plan with a workspace that has seen a motion of the same shape does
-/// not allocate, but for what limits on speed and acceleration need; one of another shape is laid out anew.
+/// not allocate, but for what limits on speed and acceleration need, and many joints over hundreds of samples; one of another
+/// shape is laid out anew.
 #[derive(Clone, Debug, Default)]
 pub struct MotionWorkspace {
     laid_out: MotionLayout,
@@ -74,6 +75,8 @@ impl MotionWorkspace {
             self.told = Told::new(layout);
         }
         self.memory.fit(layout, state);
+        self.starts.fit(state);
+        self.smoothness.resize(layout.n_dofs, 0.0);
         self.searcher.fit(state.coords.len(), layout.n_dofs * state.n_samples);
         self.told.unmet.fit(state.coords.len());
         Ok(())

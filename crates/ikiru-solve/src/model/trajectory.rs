@@ -1,8 +1,9 @@
 //! A trajectory as a model: the coordinates of all its samples, one behind the other.
 
-use crate::algebra::cholesky::NotPositiveDefinite;
 use ikiru_rig::{Clip, RateExcess};
 
+use crate::algebra::cholesky::NotPositiveDefinite;
+use crate::algebra::room::make_room;
 use crate::layout::Layout;
 use crate::model::{Model, Rules};
 use crate::problem::motion::MotionProblem;
@@ -35,6 +36,8 @@ impl TrajectoryMemory {
     /// Takes over the shape of a motion of the same layout.
     pub(crate) fn fit(&mut self, layout: &Layout, state: &MotionState) {
         self.step.fit(layout, state);
+        make_room(&mut self.residual, state.most_rows.rows);
+        make_room(&mut self.guards, state.most_guards.rows);
         self.safe_excess = None;
         self.good.clear();
     }

@@ -1,11 +1,13 @@
 //! Starts of a trajectory: other poses at its keys, the straight way between them.
 
+use crate::algebra::room::make_room;
 use crate::layout::Layout;
 use crate::method::limited::{run_limited, run_unlimited};
 use crate::method::{Bar, Budget, Method, Methods, Outcome};
 use crate::model::Trajectory;
 use crate::search::Starts;
 use crate::search::seeds::Seeds;
+use crate::state::motion::MotionState;
 
 /// Most restarts of a motion that meets everything without limits on rates, and misses something inside them.
 const MOST_RATE_BOUND: usize = 2;
@@ -23,6 +25,12 @@ pub(crate) struct TrajectoryStartsMemory {
 impl TrajectoryStartsMemory {
     pub(crate) fn new(layout: &Layout) -> Self {
         Self { seeds: Seeds::new(layout), anchors: Vec::new() }
+    }
+
+    /// Takes over the samples of a motion.
+    pub(crate) fn fit(&mut self, state: &MotionState) {
+        // A sample may be given and have terms that read ones before it.
+        make_room(&mut self.anchors, state.n_samples + state.keyed.len());
     }
 }
 

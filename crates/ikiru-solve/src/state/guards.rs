@@ -5,6 +5,7 @@
 //! `step/acting.rs`.
 
 use crate::algebra::full_rows::{Derivatives, FullRows};
+use crate::algebra::room::{MostRows, make_room};
 use crate::algebra::sample_rows::SampleRows;
 use crate::layout::{Layout, PartLayout, Place, TermLayout};
 use crate::problem::Terms;
@@ -124,6 +125,13 @@ impl Guards<SampleRows> {
     /// Those of a motion, none yet.
     pub(crate) fn of_motion(layout: &Layout) -> Self {
         Self { rows: SampleRows::new(layout), ..Self::default() }
+    }
+
+    /// Makes room for the most guards that there may be.
+    pub(crate) fn make_room(&mut self, most: MostRows) {
+        self.rows.make_room(most);
+        make_room(&mut self.parts, most.parts);
+        make_room(&mut self.guards, most.rows);
     }
 
     pub(crate) fn clear(&mut self) {

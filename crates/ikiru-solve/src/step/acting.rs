@@ -6,6 +6,7 @@
 //! contradict each other are missed by least in sum.
 
 use crate::algebra::full_rows::Derivatives;
+use crate::algebra::room::make_room;
 use crate::state::guards::{Guard, Guards};
 use crate::words::Sense;
 
@@ -66,6 +67,14 @@ impl Acting {
             along: Vec::with_capacity(n_guards),
             ..Self::default()
         }
+    }
+
+    /// Makes room for so many guards.
+    pub(crate) fn make_room(&mut self, n_guards: usize) {
+        make_room(&mut self.stances, n_guards);
+        make_room(&mut self.force, n_guards);
+        make_room(&mut self.aim, n_guards);
+        make_room(&mut self.along, n_guards);
     }
 
     /// Forgets what acted.

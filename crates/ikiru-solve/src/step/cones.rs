@@ -8,6 +8,7 @@
 use glam::DVec3;
 use ikiru_rig::TangentBox;
 
+use crate::algebra::room::{MostRows, make_room};
 use crate::algebra::sample_rows::SampleRows;
 use crate::layout::Layout;
 use crate::state::motion::MotionState;
@@ -77,6 +78,17 @@ impl Cones {
         self.has_room.clear();
         self.has_room.resize(state.n_samples, true);
         self.needed.resize(state.n_samples, 0);
+    }
+
+    /// Makes room for all balls at all samples that are planned, beside so many rows of other things; the answer is the
+    /// most rows that they may have.
+    pub(crate) fn make_room(&mut self, state: &MotionState, n_others: usize) -> MostRows {
+        let n_planned = state.is_given.iter().filter(|given| !**given).count();
+        let room = MOST_DIRECT_ROWS.saturating_sub(n_others);
+        let n_places = if n_others > MOST_DIRECT_ROWS { 0 } else { n_planned * self.balls.len() };
+        make_room(&mut self.places, n_places);
+        let rows = room.min(3 * n_places);
+        MostRows { rows, entries: 3 * rows, parts: 0, blocks: rows.min(n_planned) }
     }
 
     /// Finds the limits at the coordinates of the state, and which of them block for half a gradient. Where the system

@@ -2,6 +2,7 @@
 //! would take beyond a limit held at it.
 
 use crate::algebra::cholesky::NotPositiveDefinite;
+use crate::algebra::room::make_room;
 use crate::algebra::sample_rows::{Block, SampleRows};
 use crate::layout::Layout;
 use crate::state::motion::MotionState;
@@ -73,6 +74,24 @@ impl MotionStep {
         self.delta.resize(n, 0.0);
         self.free.resize(n, true);
         self.open.resize(n, true);
+        self.make_room(state);
+    }
+
+    /// Makes room for whatever may act and hold in the steps of a motion.
+    fn make_room(&mut self, state: &MotionState) {
+        let of_terms = state.most_rows.beside(state.most_guards);
+        let of_cones = self.cones.make_room(state, of_terms.rows);
+        let mut all = of_terms.beside(of_cones);
+        // Cones have rows at other samples too.
+        all.blocks = self.n_samples.min(of_terms.blocks + of_cones.blocks);
+        self.guards.make_room(state.most_guards.rows);
+        self.rows.make_room(all);
+        make_room(&mut self.sources, all.rows);
+        make_room(&mut self.residual, all.rows);
+        make_room(&mut self.y, all.rows.max(self.delta.len()));
+        make_room(&mut self.beside, self.delta.len());
+        make_room(&mut self.pulled, self.delta.len());
+        self.system.make_room(state, all);
     }
 
     /// Takes over a linearization: the gradient, and what limits block. The answer is the largest remaining entry

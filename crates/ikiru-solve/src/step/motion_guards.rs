@@ -1,5 +1,6 @@
 //! Guards among the rows that a step of a motion is solved over: they join these as long as they act.
 
+use crate::algebra::room::make_room;
 use crate::algebra::sample_rows::SampleRows;
 use crate::state::guards::Guards;
 use crate::step::acting::{Acting, SLACK, Stance};
@@ -25,6 +26,12 @@ pub(crate) struct MotionGuards {
 }
 
 impl MotionGuards {
+    /// Makes room for so many guards.
+    pub(crate) fn make_room(&mut self, n_guards: usize) {
+        self.acting.make_room(n_guards);
+        make_room(&mut self.then, n_guards);
+    }
+
     /// Takes over a linearization of this largest curvature.
     pub(crate) fn begin(&mut self, guards: &Guards<SampleRows>, is_iterative: bool, scale: f64) {
         (self.is_iterative, self.compliance) = (is_iterative, 1.0 / (STIFFNESS * scale));

@@ -11,6 +11,7 @@
 use crate::algebra::banded::Banded;
 use crate::algebra::cholesky::{self, NotPositiveDefinite, dot};
 use crate::algebra::iterative::Iterative;
+use crate::algebra::room::{MostRows, make_room};
 use crate::algebra::sample_rows::SampleRows;
 use crate::layout::Layout;
 use crate::state::motion::MotionState;
@@ -18,6 +19,9 @@ use crate::step::acting::hard_compliance;
 
 /// Up to here the step is solved over rows; more would be a matrix too large.
 pub(crate) const MOST_DIRECT_ROWS: usize = 600;
+/// For so many entries of inverses room is made at once, 16 MB. All there could be of a long motion are many times what is ever
+/// needed, since each degree of freedom would have to be held somewhere.
+const MOST_INVERSES: usize = 1 << 21;
 
 /// Memory of the system.
 #[derive(Clone, Debug, Default)]
@@ -47,7 +51,7 @@ pub(crate) struct System {
     n_back: usize,
     /// The samples that rows read, in order, and `(A⁻¹)` at pairs of them, for each factor.
     touched: Vec<usize>,
-    inverses: Vec<Vec<f64>>,
+    inverses: Vec<f64>,
     columns: Vec<f64>,
     right: Vec<f64>,
     /// The multiplier of each row, as of the last solve.
@@ -92,6 +96,35 @@ impl System {
         self.speed = Banded::smoothness(state.n_samples, [1.0, 0.0, 0.0]);
         self.factor_of.clear();
         self.factor_of.resize(self.n_dofs, 0);
+    }
+
+    /// Makes room for the most rows that a step may be solved over, for as many degrees of freedom as there are with a matrix of
+    /// their own.
+    pub(crate) fn make_room(&mut self, state: &MotionState, most: MostRows) {
+        let (n, n_tangents) = (self.n_dofs, self.n_dofs * self.n_samples);
+        for over_rows in [&mut self.y, &mut self.along] {
+            make_room(over_rows, most.rows);
+        }
+        for per_tangent in [&mut self.right, &mut self.guess] {
+            make_room(per_tangent, n_tangents);
+        }
+        make_room(&mut self.line, self.n_samples.max(n * self.n_back));
+        if most.rows > self.most_direct_rows {
+            make_room(&mut self.one.rows, self.n_samples);
+            self.iterative.make_room(n, self.n_samples, state.most_at.iter().copied());
+        }
+        // With more rows than that the guards among them may rest.
+        if state.most_rows.rows > self.most_direct_rows {
+            return;
+        }
+        let (n_factors, n_rows) = (self.classes.len() + n, most.rows.min(self.most_direct_rows));
+        let n_touched = self.n_samples.min(most.blocks * self.n_back);
+        self.factors.resize_with(n_factors.max(self.factors.len()), Banded::default);
+        self.factors.iter_mut().for_each(|factor| make_room(&mut factor.rows, self.n_samples));
+        make_room(&mut self.touched, n_touched);
+        make_room(&mut self.inverses, MOST_INVERSES.min(n_factors * n_touched * n_touched));
+        make_room(&mut self.columns, self.n_samples * n.max(n_touched));
+        make_room(&mut self.dense, n_rows * n_rows);
     }
 
     /// The largest curvature along one degree of freedom of one sample, by which damping is measured.
@@ -363,6 +396,7 @@ impl System {
         let (n, m, n_back) = (self.n_dofs, rows.n_rows(), self.n_back);
         self.invert_at(rows);
         let n_touched = self.touched.len();
+        let inverse_of = |k: usize| &self.inverses[self.factor_of[k] * n_touched * n_touched..];
         let mut dense = std::mem::take(&mut self.dense);
         dense.clear();
         dense.resize(m * m, 0.0);
@@ -383,8 +417,7 @@ impl System {
                             let other = earlier.sample - back;
                             for (k, entry) in run.dofs.clone().zip(entries) {
                                 if open[sample * n + k] && open[other * n + k] {
-                                    let inverses = &self.inverses[self.factor_of[k]];
-                                    let inverse = inverses[at * n_touched + at_earlier - back];
+                                    let inverse = inverse_of(k)[at * n_touched + at_earlier - back];
                                     weighted[back * n + k] += entry * inverse;
                                 }
                             }
@@ -422,19 +455,18 @@ impl System {
             self.touched.extend(first.max(next)..=block.sample);
         }
         let n_touched = self.touched.len();
-        self.inverses.resize(self.factors.len(), Vec::new());
+        self.inverses.clear();
         let columns = &mut self.columns;
-        for (factor, inverse) in self.factors[..self.n_factors].iter().zip(&mut self.inverses) {
+        for factor in &self.factors[..self.n_factors] {
             columns.clear();
             columns.resize(self.n_samples * n_touched, 0.0);
             for (idx, sample) in self.touched.iter().enumerate() {
                 columns[sample * n_touched + idx] = 1.0;
             }
             factor.solve_columns(n_touched, columns);
-            inverse.clear();
             for sample in &self.touched {
                 let at = sample * n_touched;
-                inverse.extend_from_slice(&columns[at..at + n_touched]);
+                self.inverses.extend_from_slice(&columns[at..at + n_touched]);
             }
         }
     }

@@ -120,17 +120,19 @@ fn nor_does_a_second_plan_of_a_motion_of_the_same_shape() {
     for case in 0..8 {
         let rig = random_rig(12, case);
         let tip = JointId::from_index(rig.n_joints() - 1);
-        let timeline = Timeline::seconds(1.0, if case % 2 == 0 { 8.0 } else { 30.0 }).unwrap();
+        // Targets at all samples: too many rows to solve over in case 3, in case 6 only as long as all guards act.
+        let rate = [8.0, 30.0, 8.0, 220.0, 8.0, 30.0, 160.0, 30.0][case as usize];
+        let timeline = Timeline::seconds(1.0, rate).unwrap();
         let mut motion = MotionProblem::whole_body(&rig, timeline);
         let reach = motion.add(1.0, When::End, Position::new(tip, DVec3::ONE)).unwrap();
         let led = JointId::from_index(rig.n_joints() / 2);
-        // With targets at all samples there are too many rows to solve over.
         motion.add_moving(0.3, When::Throughout, |secs| Position::new(led, DVec3::X * secs)).unwrap();
         let joints: Vec<JointId> = motion.terms().active().collect();
         motion.add(0.01, When::Throughout, RestPose::new(&joints, rig.rest_pose())).unwrap();
         let ahead = Distance::new([tip, led], Bound::AtLeast(0.1));
         if case % 3 == 0 {
-            motion.add_hard(When::At(0.5), ahead).unwrap();
+            let when = if case == 6 { When::Throughout } else { When::At(0.5) };
+            motion.add_hard(when, ahead).unwrap();
         } else {
             motion.add(1.0, When::At(0.5), ahead).unwrap();
         }
@@ -142,17 +144,18 @@ fn nor_does_a_second_plan_of_a_motion_of_the_same_shape() {
                 let options = SolverOptions { method, search, max_iterations: 12, ..Default::default() };
                 let solver = Solver::new(options);
                 let mut workspace = MotionWorkspace::default();
-                // What holds where differs from plan to plan: room for it is found in the first few.
-                for _ in 0..3 {
+                // One plan finds all memory, even one that is over before its first step: what acts and holds differs from
+                // plan to plan.
+                let idle = SolverOptions { cost_below: Some(1e9), ..options };
+                Solver::new(idle).plan(&motion, &guess, &mut workspace);
+                for plan in 0..4 {
                     motion[reach].target = random.vector(0.5);
-                    solver.plan(&motion, &guess, &mut workspace);
+                    let n = count(|| {
+                        let planned = solver.plan(&motion, &guess, &mut workspace);
+                        assert!(planned.report.cost.is_finite());
+                    });
+                    assert_eq!(n, 0, "case {case}, {method:?}, {search:?}, plan {plan}");
                 }
-                solver.plan(&motion, &guess, &mut workspace);
-                let n = count(|| {
-                    let planned = solver.plan(&motion, &guess, &mut workspace);
-                    assert!(planned.report.cost.is_finite());
-                });
-                assert_eq!(n, 0, "case {case}, {method:?}, {search:?}");
                 // What a workspace has seen before has no say.
                 let used = solver.plan(&motion, &guess, &mut workspace).into_owned();
                 let fresh = solver.plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
