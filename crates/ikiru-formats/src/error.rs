@@ -475,7 +475,7 @@ impl Fault {
         Self::new(Place::Pointer(pointer.into()), kind)
     }
 
-    /// The same in the file of a pose, which was read as a motion with one frame: its angles stand with its joints.
+    /// This fault in the file of a pose, which was read as a motion with one frame: its angles stand with its joints.
     pub(crate) fn of_pose(mut self) -> Self {
         if let Place::Pointer(pointer) = &mut self.0.0 {
             let joints =

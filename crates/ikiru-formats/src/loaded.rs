@@ -102,14 +102,14 @@ impl Loaded {
         &self.segments
     }
 
-    /// The same without clips, and without what was said of them.
+    /// This file without clips, and without what was said of them.
     pub(crate) fn without_clips(mut self) -> Self {
         self.clips.clear();
         self.warnings.retain(|warning| !warning.is_about_clips());
         self
     }
 
-    /// The same file with a rig that can do all that its clips do, and the clips with all that they do.
+    /// This file with a rig that can do all that its clips do, and the clips with all that they do.
     ///
     /// The joints of a glTF rig turn where a skin uses them, and do not translate. Animations do translate some,
     /// most often the hips or a root above them: that is the way of a walk. Here each of these joints, and
@@ -155,7 +155,7 @@ impl Loaded {
         Ok(self)
     }
 
-    /// The same file with a changed rig: the same joints in the same order, with other motions or limits.
+    /// This file with a changed rig: the same joints in the same order, with other motions or limits.
     ///
     /// Clips come along where the changed joints can move as they do: rotations become Euler angles where a
     /// joint is Euler now; a root that floats now takes over what joints above it did, if those are fixed; any

@@ -27,9 +27,9 @@ pub struct Written {
 pub enum Format {
     /// Binary glTF, of a rig that was read from a glTF or VRM file: that file, posed or animated.
     Glb,
-    /// The same as one text file, which holds all data.
+    /// glTF as one text file, which holds all data, of a rig that was read from a glTF or VRM file.
     Gltf,
-    /// The same of a VRM avatar (0.x or 1.0), which stays one: its VRM extension is kept.
+    /// Binary glTF of a VRM avatar (0.x or 1.0), which stays one: its VRM extension is kept.
     Vrm,
     /// A skeleton with frames, of any rig: see [`bvh`](crate::bvh).
     Bvh,

@@ -231,7 +231,7 @@ impl JointMotion {
         }
     }
 
-    /// The same of a joint of that rest rotation, from which its cone counts what its centre does not say.
+    /// This motion of a joint of that rest rotation, from which its cone counts what its centre does not say.
     pub(crate) fn at_rest(self, rest: DQuat) -> Self {
         match self {
             Self::Ball { cone } => Self::Ball { cone: cone.map(|cone| cone.at_rest(rest)) },

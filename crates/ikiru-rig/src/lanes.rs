@@ -160,7 +160,7 @@ impl<const N: usize> Default for Lanes<N> {
 }
 
 impl<const N: usize> From<f64> for Lanes<N> {
-    /// The same number in every lane.
+    /// One number in every lane.
     #[inline(always)]
     fn from(value: f64) -> Self {
         Self([value; N])

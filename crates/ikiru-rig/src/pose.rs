@@ -214,7 +214,7 @@ impl Pose {
         Ok(self.rotation_of(joint))
     }
 
-    /// The same of a joint of the rig's own.
+    /// The [rotation](Self::rotation) of a joint of the rig's own.
     pub(crate) fn rotation_of(&self, joint: JointId) -> DQuat {
         match self.rig.joints()[joint.index()].motion {
             JointMotion::Hinge { axis, .. } => maths::turn_about(axis, self.value(joint).unwrap_or(0.0)),
@@ -253,7 +253,7 @@ impl Pose {
         Ok(self.translation_of(joint))
     }
 
-    /// The same of a joint of the rig's own.
+    /// The [translation](Self::translation) of a joint of the rig's own.
     pub(crate) fn translation_of(&self, joint: JointId) -> DVec3 {
         match self.rig.joints()[joint.index()].motion {
             JointMotion::Free { .. } => DVec3::from_slice(&self.coords[self.rig.coords_of(joint)]),

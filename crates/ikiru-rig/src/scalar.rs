@@ -31,7 +31,7 @@ pub(crate) mod sealed {
 /// assert_eq!(shortfall(2.0, 1.0), 0.0);
 /// ```
 ///
-/// The same by a branch on the order does not compile,
+/// A shortfall by a branch on the order does not compile,
 ///
 /// ```compile_fail,E0369
 /// # use ikiru_rig::Scalar;

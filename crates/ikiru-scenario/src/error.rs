@@ -288,13 +288,13 @@ impl Error {
         Self(Box::new(Inner { file: file.to_owned(), place, key: None, kind }))
     }
 
-    /// The same, about the value to which these keys lead; none is the scenario as a whole.
+    /// This error, about the value to which these keys lead; none is the scenario as a whole.
     pub(crate) fn with_key(mut self, key: &str) -> Self {
         self.0.key = (!key.is_empty()).then(|| key.to_owned());
         self
     }
 
-    /// The same, with more about the place of an unknown key.
+    /// This error, with more about the place of an unknown key.
     pub(crate) fn with_place_suffix(mut self, suffix: &str) -> Self {
         if let ErrorKind::UnknownKey { place, .. } = &mut self.0.kind {
             place.push_str(suffix);

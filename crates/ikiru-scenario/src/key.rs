@@ -22,7 +22,7 @@ pub enum LeftOut {
     Refused,
     /// It is one of several keys, of which exactly one has to be there.
     Another,
-    /// The same as with this value, which is written as in a text.
+    /// What holds with this value, which is written as in a text.
     Value(&'static str),
     /// What these words say.
     Words(&'static str),

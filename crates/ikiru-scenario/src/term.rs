@@ -66,7 +66,7 @@ impl ScenarioTerm {
         self.0.target_json(problem, from_rig, rig)
     }
 
-    /// The same for people.
+    /// What it aims at, in words for people; empty where the term is gone.
     pub(crate) fn target_text(
         &self,
         problem: &Problem,

@@ -102,7 +102,7 @@ fn key(name: &str) -> String {
     alone.trim_end().trim_end_matches("true").trim_end().trim_end_matches('=').trim_end().to_owned()
 }
 
-/// The same value with whole numbers as people write them: `30`, not `30.0`; they are read back to the same bit.
+/// A value with whole numbers as people write them: `30`, not `30.0`; they are read back to the same bit.
 fn plain(value: &Value) -> Value {
     const MOST: f64 = 1e15;
     match value {

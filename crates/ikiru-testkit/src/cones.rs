@@ -54,7 +54,7 @@ pub fn largest_cone_excess(pose: &Pose) -> f64 {
     pose.rig().ids().map(|joint| cone_excess(pose, joint)).fold(0.0, f64::max)
 }
 
-/// The same rig with every cone about the rest pose.
+/// A rig with every cone about the rest pose.
 #[must_use]
 #[expect(clippy::expect_used, reason = "a valid rig stays one")]
 pub fn without_centres(rig: &Rig) -> Rig {

@@ -78,7 +78,7 @@
 //!
 //! # Motions
 //!
-//! The same objectives placed on a timeline: [`MotionProblem`] is solved as a whole, smooth in speed, acceleration and
+//! Objectives hold at times of a timeline too: a [`MotionProblem`] is solved as a whole, smooth in speed, acceleration and
 //! jerk, and gives a [`Clip`]. Limits on speed and acceleration are hard, anywhere on its curve.
 //!
 //! ```

@@ -14,13 +14,13 @@ pub enum Way {
     /// The whole motion by the paper's method with the paper's settings: cautious Adam, 500 iterations, one start,
     /// smoothness of each order with weight 0.001.
     Paper,
-    /// The same smoothness with `lm`.
+    /// The whole motion by `lm`, with the smoothness of [`Paper`](Self::Paper).
     PaperByLm,
     /// The scenario as it is.
     Plan,
     /// The scenario with a limit on every active joint's speed, 0.7 times the peak of [`Plan`](Self::Plan).
     SpeedLimited,
-    /// The same limit, and as much time as it takes.
+    /// The scenario with the limit of [`SpeedLimited`](Self::SpeedLimited), and as much time as it takes.
     TimeFree,
 }
 

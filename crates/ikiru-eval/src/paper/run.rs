@@ -134,9 +134,9 @@ fn angles_of(joints: &[JointId], pose: &Pose) -> Vec<f64> {
     joints.iter().flat_map(|j| &pose.coords()[pose.rig().coords_of(*j)]).copied().collect()
 }
 
-/// The same for trajectories (the paper's tables 3 and 4): `points` between the first frame, which is held at the rest pose, and the
-/// last, at which the objectives hold; smoothness of orders 1 to 3 with the authors' weight of 0.001 each. Every
-/// plan starts from standing still.
+/// Plans a trajectory to each target by each method (the paper's tables 3 and 4): `points` between the first frame, which is held
+/// at the rest pose, and the last, at which the objectives hold; smoothness of orders 1 to 3 with the authors' weight of 0.001
+/// each. Every plan starts from standing still.
 ///
 /// # Errors
 /// A set without a target behind the warm-up, methods that know poses alone, or too many points.

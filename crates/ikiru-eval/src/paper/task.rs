@@ -11,7 +11,7 @@ use crate::error::Error;
 pub enum Task {
     /// The fingertip to a point: equation 16 alone.
     Simple,
-    /// The same while wrist, finger and upper arm point where a person's would: the paper's J(θ).
+    /// The fingertip to a point, while wrist, finger and upper arm point where a person's would: the paper's J(θ).
     Combined,
 }
 

@@ -68,7 +68,7 @@ impl Course {
         })
     }
 
-    /// The same with targets that jump out of reach each other second, 1.15 times as far from the first target as they were, and
+    /// This course with targets that jump out of reach each other second, 1.15 times as far from the first target as they were, and
     /// jump back.
     #[must_use]
     pub fn away(mut self) -> Self {

@@ -74,7 +74,7 @@ impl Channels {
         channels
     }
 
-    /// The same, with positions before the rotations if any was missing.
+    /// These channels, with positions before the rotations if any was missing.
     pub(super) fn with_all_positions(self) -> Self {
         if self.n_positions() == 3 {
             return self;
@@ -85,7 +85,7 @@ impl Channels {
         channels
     }
 
-    /// The same, with rotations that were missing behind, in the order of which theirs is the start.
+    /// These channels, with rotations that were missing behind, in the order of which theirs is the start.
     pub(super) fn with_all_rotations(mut self, order: EulerOrder) -> Self {
         order.axes().into_iter().for_each(|axis| _ = self.push(Channel::rotation(axis as u8)));
         self

@@ -16,7 +16,7 @@ pub(crate) const MAGIC: &[u8; 4] = b"glTF";
 pub(crate) enum Container {
     /// Binary: `.glb`.
     Binary,
-    /// The same, of a VRM avatar: `.vrm`.
+    /// Binary, of a VRM avatar: `.vrm`.
     Vrm,
     /// Text alone: `.gltf`.
     Text,

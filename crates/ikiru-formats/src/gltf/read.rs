@@ -30,7 +30,7 @@ pub(crate) fn read(
     load(file, in_container, folder, name).map(|(loaded, _)| loaded).map_err(|fault| fault.in_file(name))
 }
 
-/// The same, and which extension tells its humanoid bones.
+/// Reads a document, as [`read`] does, and says which extension tells its humanoid bones.
 pub(crate) fn load(
     file: Vec<u8>,
     in_container: bool,

@@ -15,7 +15,7 @@ pub(crate) const UNIFORM: f64 = 1e-3;
 /// What takes a node's unit, along its joint's axes, to metres.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Scale {
-    /// The same for all axes; negative below a mirrored node.
+    /// One factor for all axes; negative below a mirrored node.
     Uniform(f64),
     /// Any other.
     Other(Box<DMat3>),

@@ -182,7 +182,7 @@ impl Clip {
         &self.name
     }
 
-    /// The same clip under another name.
+    /// This clip under another name.
     #[must_use]
     pub fn with_name(mut self, name: impl Into<String>) -> Self {
         self.name = name.into();
@@ -230,7 +230,8 @@ impl Clip {
         pose
     }
 
-    /// The same into a pose that is there already, which allocates nothing. A pose of another rig is left as it is.
+    /// Writes the pose at a time (seconds), as [`sample`](Self::sample) finds it, into one that is there already, which allocates
+    /// nothing. A pose of another rig is left as it is.
     pub fn sample_into(&self, secs: f64, pose: &mut Pose) {
         let rig = self.rig();
         if !pose.rig().is_same(rig) {

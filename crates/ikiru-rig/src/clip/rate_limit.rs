@@ -93,8 +93,8 @@ impl Clip {
         Ok(self.exceeded_while(limits, || true)?.unwrap_or_default())
     }
 
-    /// The same as long as `may_go_on` says so, which is asked before each limit that is measured; `None` where it was stopped:
-    /// for who has little time.
+    /// The limits that the clip does not keep, as [`exceeded`](Self::exceeded) finds them, as long as `may_go_on` says so, which is asked
+    /// before each limit that is measured; `None` where it was stopped: for who has little time.
     ///
     /// # Errors
     /// Those of [`exceeded`](Self::exceeded).

@@ -253,7 +253,7 @@ impl Rates {
         Ok(self.summary_of(joints, part))
     }
 
-    /// The same of joints of the rig's own.
+    /// The [summary](Self::summary) over joints of the rig's own.
     pub(super) fn summary_of(&self, joints: &[JointId], part: RatePart) -> RateSummary {
         let mut summary = RateSummary::default();
         for joint in joints {

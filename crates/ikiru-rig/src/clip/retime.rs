@@ -59,7 +59,7 @@ impl Retimed {
 }
 
 impl Clip {
-    /// The same way through the same poses, slowed down where it must be, so that limits hold anywhere on the curve of
+    /// This clip's way through the same poses, slowed down where it must be, so that limits hold anywhere on the curve of
     /// [`sample_cubic`](Self::sample_cubic).
     ///
     /// A clip that keeps them comes back as it is, at its own times. Any other comes back at even steps of about
@@ -81,7 +81,8 @@ impl Clip {
         self.retime_while(limits, rate_hz, || true)
     }
 
-    /// The same as long as `may_go_on` says so, which is asked between rounds: for who has little time.
+    /// Slows the clip down as [`retime`](Self::retime) does, as long as `may_go_on` says so, which is asked between rounds: for who has
+    /// little time.
     ///
     /// # Errors
     /// Those of [`retime`](Self::retime); [`ClipError::Unkept`] also where it was stopped.

@@ -6,7 +6,7 @@
 pub(super) struct TimeMap {
     /// Times of the original, in seconds.
     original: Vec<f64>,
-    /// The same moments in the slowed clip, in seconds.
+    /// Times of the slowed clip at those moments, in seconds.
     slowed: Vec<f64>,
     /// Seconds of the original a second of the slowed clip, from 0 to 1.
     tempo: Vec<f64>,

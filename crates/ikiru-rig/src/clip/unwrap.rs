@@ -8,7 +8,7 @@ use crate::maths::whole_turns;
 use crate::rig::Rig;
 
 impl Clip {
-    /// The same motion with angles that do not jump by whole turns: each angle without limits, of a hinge or an
+    /// This motion with angles that do not jump by whole turns: each angle without limits, of a hinge or an
     /// Euler joint, is within half a turn of the one before. What takes the numbers one by one, as tables and
     /// most players do, then goes the short way that [`sample`](Self::sample) goes.
     ///

@@ -34,7 +34,7 @@ pub enum RoleMapError {
 }
 
 impl Rig {
-    /// The same rig with roles given to joints by name, on top of those that it has, as
+    /// This rig with roles given to joints by name, on top of those that it has, as
     /// [`RigBuilder::set_roles`] does. What depends on roles, as the [root](Rig::root) does, follows.
     ///
     /// ```

@@ -122,7 +122,7 @@ impl Role {
         RightHand,
     ];
 
-    /// The same bone of the other side; itself for one in the middle.
+    /// This bone's counterpart on the other side; itself for one in the middle.
     #[must_use]
     pub fn mirrored(self) -> Self {
         let name = self.name();

@@ -88,7 +88,7 @@ pub enum TransferError {
     Clip(#[from] ClipError),
 }
 
-/// The same motion on another rig, through humanoid roles.
+/// A clip's motion on another rig, through humanoid roles.
 ///
 /// For every role that both rigs have, the joint turns in the world from the reference pose as the clip's joint
 /// does: with `R` the world rotation in the clip and `R₀`, `T₀` those of the two reference poses, it becomes

@@ -71,7 +71,7 @@ impl Cone {
         Ok(Self { axis: unit, first, second: unit.cross(first), swing, twist, centre: None })
     }
 
-    /// The same about another centre than the rest pose: its axes, and swing and twist about them, are then those of
+    /// This cone about another centre than the rest pose: its axes, and swing and twist about them, are then those of
     /// `L = P⁻¹ · (rest · q) · K`. The quaternions may have any length.
     ///
     /// `rest` is the identity until a joint has the cone: [`RigBuilder::build`](crate::RigBuilder::build) gives every cone the
@@ -96,13 +96,13 @@ impl Cone {
         Ok(Self { centre: Some(Folded::new(&centre)?), ..self })
     }
 
-    /// The same about the rest pose.
+    /// This cone about the rest pose.
     #[must_use]
     pub fn without_centre(self) -> Self {
         Self { centre: None, ..self }
     }
 
-    /// The same for a joint of that rest rotation (a unit quaternion), whatever the cone was told before.
+    /// This cone for a joint of that rest rotation (a unit quaternion), whatever the cone was told before.
     pub(crate) fn at_rest(self, rest: DQuat) -> Self {
         Self { centre: self.centre.map(|folded| Folded::of(folded.centre, rest)), ..self }
     }

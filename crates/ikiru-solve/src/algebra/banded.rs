@@ -32,8 +32,8 @@ impl Banded {
         matrix
     }
 
-    /// The same with the differences across the ends at which the motion is at rest: there it goes on as if samples
-    /// like the first or the last stood before or behind it.
+    /// As [`smoothness`](Self::smoothness), with the differences across the ends at which the motion is at rest: there it goes on as
+    /// if samples like the first or the last stood before or behind it.
     pub(crate) fn smoothness_at_rest(n: usize, weights: [f64; 3], at_rest: [bool; 2]) -> Self {
         let mut matrix = Self::smoothness(n, weights);
         let [_, acceleration, jerk] = weights;

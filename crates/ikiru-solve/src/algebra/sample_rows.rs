@@ -120,7 +120,7 @@ impl SampleRows {
         self.jacobian.extend_from_slice(&other.jacobian[at..at + n]);
     }
 
-    /// The same with another residual, its derivative scaled, of another compliance.
+    /// Adds a row of another set with another residual, its derivative scaled, of another compliance.
     pub(crate) fn push_scaled(
         &mut self,
         other: &Self,
@@ -227,7 +227,7 @@ impl SampleRows {
         self.add_transposed_of(|row| y[row], x);
     }
 
-    /// The same for a `y` that is made row by row.
+    /// `x += Jᵀ y` for a `y` that is made row by row.
     pub(crate) fn add_transposed_of(&self, y: impl Fn(usize) -> f64, x: &mut [f64]) {
         let n = self.n_dofs;
         for block in &self.blocks {

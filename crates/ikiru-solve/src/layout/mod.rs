@@ -132,7 +132,7 @@ impl Layout {
         Ok(layout)
     }
 
-    /// The same for a motion, where some joints matter that no term reads.
+    /// Lays out the terms of a motion, where some joints matter that no term reads.
     pub(crate) fn with(problem: &Problem, others: &[JointId]) -> Result<Self, (usize, Unfit)> {
         let rig = problem.rig();
         let signature = Signature::of(problem, others)?;

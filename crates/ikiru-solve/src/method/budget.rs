@@ -49,7 +49,7 @@ impl<'a> Budget<'a> {
         self.of_this_start = 0;
     }
 
-    /// The same for a start of its own.
+    /// Begins a start of its own, which counts as a restart.
     pub(crate) fn restart(&mut self) {
         self.restarts += 1;
         self.next_start();

@@ -69,7 +69,7 @@ pub(crate) fn exceeded(motion: &MotionProblem, clip: &Clip) -> Vec<RateExcess> {
     exceeded_while(motion, clip, &|| true).unwrap_or_default()
 }
 
-/// The same as long as it may go on; `None` where it was stopped.
+/// The limits that a clip does not keep where it was planned, as long as it may go on; `None` where it was stopped.
 fn exceeded_while(
     motion: &MotionProblem,
     clip: &Clip,

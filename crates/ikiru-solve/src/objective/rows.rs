@@ -123,7 +123,7 @@ impl<'a> Rows<'a> {
         &mut self.memory.by_frame[at..at + 6]
     }
 
-    /// The same by a frame so many samples earlier, from 1.
+    /// The derivative of a row by a frame that is read, so many samples earlier, from 1; as [`by_frame`](Self::by_frame) has it.
     ///
     /// # Panics
     /// When the objective has no such row or frame, or does not read so many [earlier](crate::Reads::earlier) samples.

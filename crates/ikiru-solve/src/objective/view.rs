@@ -17,7 +17,7 @@ pub struct JointCoords<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     pub(crate) frames: &'a [Frame<f64>],
-    /// The same at earlier samples, one after the other.
+    /// The frames at earlier samples, one after the other.
     pub(crate) earlier: &'a [Frame<f64>],
     pub(crate) motions: &'a [JointRead],
     pub(crate) coords: &'a [f64],

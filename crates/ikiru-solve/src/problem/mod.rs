@@ -110,7 +110,7 @@ impl Problem {
         &self.rig
     }
 
-    /// The same problem on another rig of the same shape: other limits, other ways of its joints to move. Joints, terms
+    /// This problem on another rig of the same shape: other limits, other ways of its joints to move. Joints, terms
     /// and ids stay as they are.
     ///
     /// # Errors

@@ -94,7 +94,7 @@ impl MotionProblem {
         self.base.rig()
     }
 
-    /// The same motion on another rig of the same shape: other limits, other ways of its joints to move. Joints, terms
+    /// This motion on another rig of the same shape: other limits, other ways of its joints to move. Joints, terms
     /// and ids stay as they are, and so do the numbers of the samples that are given.
     ///
     /// # Errors
