@@ -8,7 +8,7 @@
 use ikiru_rig::Vec3;
 
 use crate::layout::{Layout, Mover, NONE, TermLayout};
-use crate::method::turn::{Pull, nudge, room};
+use crate::method::turn::{AxisFit, nudge, room};
 use crate::method::{Bar, Budget, Outcome};
 use crate::model::PoseModel;
 use crate::objective::Reach;
@@ -200,14 +200,14 @@ impl Ccd {
     ) -> f64 {
         let origin = state.frames()[node as usize].origin;
         let axis = state.directions(&layout.nodes[node as usize])[k];
-        let mut pull = Pull::default();
+        let mut fit = AxisFit::default();
         for effector in self.effectors.iter().filter(|e| is_below(layout, e.node, node)) {
             let Reach { point, target, .. } = effector.reach;
             let now = state.frames()[effector.node as usize].point(Vec3::constant(point));
             let weight = problem.terms()[effector.term].weight;
-            pull.add(weight, axis, now - origin, Vec3::constant(target) - origin);
+            fit.add(weight, axis, now - origin, Vec3::constant(target) - origin);
         }
-        if m.is_translation(k) { pull.best_shift(range) } else { pull.best_turn(range) }
+        if m.is_translation(k) { fit.best_shift(range) } else { fit.best_turn(range) }
     }
 
     /// The Gauss–Newton step along one degree of freedom.

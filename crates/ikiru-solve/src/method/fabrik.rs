@@ -7,7 +7,7 @@
 use ikiru_rig::{JointMotion, Vec3};
 
 use crate::layout::{Layout, Mover, NONE, Node};
-use crate::method::turn::{Pull, nudge, room};
+use crate::method::turn::{AxisFit, nudge, room};
 use crate::method::{Bar, Budget, Outcome};
 use crate::model::PoseModel;
 use crate::objective::Reach;
@@ -205,15 +205,15 @@ impl Fabrik {
         let range = room(layout, m, k, &state.coords);
         let axis = state.directions(&layout.nodes[idx])[k];
         let origin = state.frames()[idx].origin;
-        let mut pull = Pull::default();
+        let mut fit = AxisFit::default();
         if m.is_translation(k) {
             // What moves along an axis carries its own origin with it.
-            pull.add(1.0, axis, Vec3::zero(), self.wanted[idx] - origin);
-            return pull.best_shift(range);
+            fit.add(1.0, axis, Vec3::zero(), self.wanted[idx] - origin);
+            return fit.best_shift(range);
         }
         for e in self.effectors.iter().filter(|e| e.node as usize == idx) {
             let now = state.frames()[idx].point(Vec3::constant(e.reach.point));
-            pull.add(e.weight, axis, now - origin, Vec3::constant(e.reach.target) - origin);
+            fit.add(e.weight, axis, now - origin, Vec3::constant(e.reach.target) - origin);
         }
         for below in idx + 1..layout.nodes.len() {
             let parent = layout.nodes[below].parent;
@@ -223,10 +223,10 @@ impl Fabrik {
             if self.weights[below] > 0.0 {
                 let near = if parent as usize == idx { 1.0 } else { FURTHER_DOWN };
                 let now = state.frames()[below].origin;
-                pull.add(near * self.weights[below], axis, now - origin, self.wanted[below] - origin);
+                fit.add(near * self.weights[below], axis, now - origin, self.wanted[below] - origin);
             }
         }
-        pull.best_turn(range)
+        fit.best_turn(range)
     }
 }
 

@@ -8,14 +8,14 @@ use crate::layout::{Layout, Mover};
 /// `Σ w ‖R(θ) u − v‖²` a constant minus `2 (along · cos θ + across · sin θ)`; a shift by d along it a constant
 /// plus `weight · d² − 2 shift · d`.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Pull {
+pub(crate) struct AxisFit {
     along: f64,
     across: f64,
     shift: f64,
     weight: f64,
 }
 
-impl Pull {
+impl AxisFit {
     /// Adds a point and the place where it should be, both seen from a point on the axis (metres, world axes).
     #[inline]
     pub(crate) fn add(&mut self, weight: f64, axis: Vec3<f64>, point: Vec3<f64>, place: Vec3<f64>) {
@@ -77,7 +77,7 @@ mod tests {
     use ikiru_rig::Rotation;
     use ikiru_testkit::rigs::Random;
 
-    /// The sum of squares that a pull is made for, recomputed by turning the points.
+    /// The sum of squares that a fit is made for, recomputed by turning the points.
     fn sum(axis: glam::DVec3, points: &[(f64, Vec3<f64>, Vec3<f64>)], angle: f64) -> f64 {
         let turn = Rotation::about(axis, angle);
         points.iter().map(|(w, u, v)| w * (turn.apply(*u) - *v).length().powi(2)).sum()
@@ -91,11 +91,11 @@ mod tests {
             let mut vector = || Vec3::constant(random.vector(1.0));
             let points = [(0.5, vector(), vector()), (2.0, vector(), vector())];
             let range = (-3.0 * random.between(0.0, 1.0), 3.0 * random.between(0.0, 1.0));
-            let mut pull = Pull::default();
+            let mut fit = AxisFit::default();
             for (w, u, v) in &points {
-                pull.add(*w, Vec3::constant(axis), *u, *v);
+                fit.add(*w, Vec3::constant(axis), *u, *v);
             }
-            let (turn, shift) = (pull.best_turn(range), pull.best_shift(range));
+            let (turn, shift) = (fit.best_turn(range), fit.best_shift(range));
             assert!((range.0..=range.1).contains(&turn) && (range.0..=range.1).contains(&shift));
             let shifted = |d: f64| {
                 let moved = |u: &Vec3<f64>| *u + Vec3::constant(axis) * d;
@@ -112,9 +112,9 @@ mod tests {
     #[test]
     fn nothing_to_reach_for_is_no_turn() {
         let range = (-1.0, 1.0);
-        assert_eq!(Pull::default().best_turn(range), 0.0);
-        assert_eq!(Pull::default().best_shift(range), 0.0);
-        let mut on_axis = Pull::default();
+        assert_eq!(AxisFit::default().best_turn(range), 0.0);
+        assert_eq!(AxisFit::default().best_shift(range), 0.0);
+        let mut on_axis = AxisFit::default();
         let z = Vec3::new(0.0, 0.0, 1.0);
         on_axis.add(1.0, z, z, Vec3::new(1.0, 0.0, 0.0));
         assert_eq!(on_axis.best_turn(range), 0.0);
