@@ -36,8 +36,8 @@ impl TrajectoryMemory {
     /// Takes over the shape of a motion of the same layout.
     pub(crate) fn fit(&mut self, layout: &Layout, state: &MotionState) {
         self.step.fit(layout, state);
-        make_room(&mut self.residual, state.most_rows.rows);
-        make_room(&mut self.guards, state.most_guards.rows);
+        make_room(&mut self.residual, state.most.rows.rows);
+        make_room(&mut self.guards, state.most.guards.rows);
         self.safe_excess = None;
         self.good.clear();
     }

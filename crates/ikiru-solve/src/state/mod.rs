@@ -13,6 +13,7 @@ pub(crate) mod cases;
 pub(crate) mod gradient;
 pub(crate) mod guards;
 mod linearize;
+pub(crate) mod most;
 pub(crate) mod motion;
 pub(crate) mod rate_bounds;
 pub(crate) mod smoothness;

@@ -2,7 +2,6 @@
 
 use ikiru_rig::{Pose, difference_joint, project_joint, retract_joint};
 
-use crate::algebra::room::MostRows;
 use crate::algebra::sample_rows::{Block, RowPart, SampleRows};
 use crate::layout::{Layout, PartLayout, Place, TermLayout};
 use crate::problem::Terms;
@@ -11,6 +10,7 @@ use crate::problem::sample_terms::SampleTerms;
 use crate::problem::term::Term;
 use crate::state::State;
 use crate::state::guards::Guards;
+use crate::state::most::Most;
 use crate::state::rate_bounds::RateBounds;
 use crate::state::smoothness::Smoothness;
 use crate::state::spacing::Spacing;
@@ -31,11 +31,7 @@ pub(crate) struct MotionState {
     off: Vec<usize>,
     pub(crate) rows: SampleRows,
     pub(crate) guards: Guards<SampleRows>,
-    /// The most rows and guards that a linearization may have.
-    pub(crate) most_rows: MostRows,
-    pub(crate) most_guards: MostRows,
-    /// Both together, of each sample of which a term wants something.
-    pub(crate) most_at: Vec<usize>,
+    pub(crate) most: Most,
     /// By how much hard rows are missed, summed up over all samples (metres, radians).
     pub(crate) violation: f64,
     /// The squares of what they miss.
@@ -106,36 +102,10 @@ impl MotionState {
         self.rate_bounds.fit(layout, motion);
         self.samples.resize_with(self.keyed.len(), || State::new(layout));
         self.failure = None;
-        self.make_room(layout, motion);
-    }
-
-    /// Makes room for what every linearization of the motion may have, so that the first one finds it for all.
-    fn make_room(&mut self, layout: &Layout, motion: &MotionProblem) {
-        let blocks = self.keyed.len();
-        let none = MostRows { blocks, ..MostRows::default() };
-        let (mut of_rows, mut of_guards) = (none, none);
-        self.most_at.clear();
-        for &t in &self.keyed {
-            let terms = motion.wanted_at(t);
-            let n_before = of_rows.rows + of_guards.rows;
-            for term in layout.terms.iter().filter(|term| terms.is_on(term.term)) {
-                for part in &layout.parts[term.parts.clone()] {
-                    let most = match part.place {
-                        Place::Step => &mut of_rows,
-                        Place::Guard { .. } => &mut of_guards,
-                        Place::Own { .. } => continue,
-                    };
-                    most.parts += 1;
-                    most.rows += part.n_rows;
-                    let rows = part.row..part.row + part.n_rows;
-                    most.entries += rows.map(|row| self.rows.n_entries(row)).sum::<usize>();
-                }
-            }
-            self.most_at.push(of_rows.rows + of_guards.rows - n_before);
-        }
-        self.rows.make_room(of_rows);
-        self.guards.make_room(of_guards);
-        (self.most_rows, self.most_guards) = (of_rows, of_guards);
+        // The first linearization finds room for all.
+        self.most.fit(layout, motion, &self.keyed, &self.rows);
+        self.rows.make_room(self.most.rows);
+        self.guards.make_room(self.most.guards);
     }
 
     /// Takes over what does not move, as all samples have it; false where its numbers are not usable.

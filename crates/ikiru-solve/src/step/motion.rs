@@ -79,12 +79,12 @@ impl MotionStep {
 
     /// Makes room for whatever may act and hold in the steps of a motion.
     fn make_room(&mut self, state: &MotionState) {
-        let of_terms = state.most_rows.beside(state.most_guards);
+        let of_terms = state.most.rows.beside(state.most.guards);
         let of_cones = self.cones.make_room(state, of_terms.rows);
         let mut all = of_terms.beside(of_cones);
         // Cones have rows at other samples too.
         all.blocks = self.n_samples.min(of_terms.blocks + of_cones.blocks);
-        self.guards.make_room(state.most_guards.rows);
+        self.guards.make_room(state.most.guards.rows);
         self.rows.make_room(all);
         make_room(&mut self.sources, all.rows);
         make_room(&mut self.residual, all.rows);

@@ -111,10 +111,10 @@ impl System {
         make_room(&mut self.line, self.n_samples.max(n * self.n_back));
         if most.rows > self.most_direct_rows {
             make_room(&mut self.one.rows, self.n_samples);
-            self.iterative.make_room(n, self.n_samples, state.most_at.iter().copied());
+            self.iterative.make_room(n, self.n_samples, state.most.at.iter().copied());
         }
         // With more rows than that the guards among them may rest.
-        if state.most_rows.rows > self.most_direct_rows {
+        if state.most.rows.rows > self.most_direct_rows {
             return;
         }
         let (n_factors, n_rows) = (self.classes.len() + n, most.rows.min(self.most_direct_rows));
