@@ -70,7 +70,7 @@ pub enum Error {
     },
     /// A trajectory that cannot be.
     #[error(transparent)]
-    JointMotion(ikiru_solve::MotionError),
+    Motion(ikiru_solve::MotionError),
     /// A scenario whose motion is refused before it is planned.
     #[error("{file}: {way} cannot be planned: {reason}")]
     Plan {

@@ -260,7 +260,7 @@ pub enum ErrorKind {
     NoMotion,
     /// A motion that cannot be.
     #[error("the motion cannot be planned: {0}")]
-    JointMotion(MotionError),
+    Motion(MotionError),
     /// A path that cannot be.
     #[error("{0}")]
     Path(TargetPathError),

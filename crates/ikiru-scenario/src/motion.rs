@@ -213,7 +213,7 @@ impl MotionKeys {
     ) -> Result<MotionSettings, Error> {
         let timeline = self.length.timeline(at)?;
         if self.smoothness.iter().any(|weight| *weight < 0.0) {
-            let kind = ErrorKind::JointMotion(MotionError::Smoothness(self.smoothness));
+            let kind = ErrorKind::Motion(MotionError::Smoothness(self.smoothness));
             return Err(at.key("smoothness").error(kind));
         }
         let at_spacing = at.key("even_spacing");
@@ -224,7 +224,7 @@ impl MotionKeys {
         };
         if end.is_some() && self.fixed_start && timeline.n_samples() == 2 {
             let kind = MotionError::GivenSamples { given: 1, side: "end", n_samples: 2, taken: 1 };
-            return Err(at.error(ErrorKind::JointMotion(kind)));
+            return Err(at.error(ErrorKind::Motion(kind)));
         }
         let rate_limits = rate_limits::rate_limits(start.rig(), active, &self.rates, &self.limits, at)?;
         if self.free_duration && rate_limits.is_empty() {
@@ -265,7 +265,7 @@ impl LengthKeys {
 
     fn timeline(self, at: &At<'_>) -> Result<Timeline, Error> {
         let wrong = |key: &str, error: TimelineError| {
-            at.key(key).error(ErrorKind::JointMotion(MotionError::Timeline(error)))
+            at.key(key).error(ErrorKind::Motion(MotionError::Timeline(error)))
         };
         match self {
             Self::Seconds { duration_secs, rate } => {

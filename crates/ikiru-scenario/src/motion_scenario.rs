@@ -56,7 +56,7 @@ impl Scenario {
         let Some(settings) = self.motion.clone() else {
             return Err(Error::new(&self.name, None, ErrorKind::NoMotion));
         };
-        let wrong = |e: MotionError| Error::new(&self.name, None, ErrorKind::JointMotion(e));
+        let wrong = |e: MotionError| Error::new(&self.name, None, ErrorKind::Motion(e));
         let motion = build(self.problem, &settings, &self.start, &self.objectives).map_err(wrong)?;
         Ok(MotionScenario {
             name: self.name,

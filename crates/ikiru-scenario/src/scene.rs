@@ -52,7 +52,7 @@ impl Scene<'_> {
         let timeline = self.timeline.ok_or_else(|| needs_motion(at))?;
         let times: Vec<f64> = points.iter().map(|p| p[0]).collect();
         for (idx, secs) in times.iter().enumerate() {
-            timeline.sample_at(*secs).map_err(|e| at.entry(idx).error(ErrorKind::JointMotion(e.into())))?;
+            timeline.sample_at(*secs).map_err(|e| at.entry(idx).error(ErrorKind::Motion(e.into())))?;
         }
         let points = points.iter().map(|[_, x, y, z]| DVec3::new(*x, *y, *z)).collect();
         TargetPath::new(times, points).map_err(|e| at.error(ErrorKind::Path(e)))

@@ -55,7 +55,7 @@ impl Times {
         let timeline = timeline.ok_or_else(|| needs_motion(&objective.key(first)))?;
         let on_line = |secs: f64, key: &str| {
             let wrong =
-                |e| objective.key(key).error(ErrorKind::JointMotion(ikiru_solve::MotionError::Timeline(e)));
+                |e| objective.key(key).error(ErrorKind::Motion(ikiru_solve::MotionError::Timeline(e)));
             timeline.sample_at(secs).map(|_| secs).map_err(wrong)
         };
         match self {

@@ -80,8 +80,8 @@ impl Way {
         let problem = &mut motion.motion;
         problem
             .set_smoothness(if of_paper { PAPER_SMOOTHNESS } else { own.smoothness })
-            .map_err(Error::JointMotion)?;
-        problem.set_rate_limits(rate_limits).map_err(Error::JointMotion)?;
+            .map_err(Error::Motion)?;
+        problem.set_rate_limits(rate_limits).map_err(Error::Motion)?;
         problem.set_free_duration(free);
         motion.solver = Solver::new(match self {
             Self::Paper => SolverOptions {

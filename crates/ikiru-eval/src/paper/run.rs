@@ -153,10 +153,9 @@ pub fn run_trajectories(
     let (start, active) = (scenario.start.clone(), scenario.active.clone());
     let reach = scenario.objectives.first().and_then(ScenarioObjective::id::<Position>);
     let reach = reach.ok_or(Error::Task("its first objective is not a position"))?;
-    let timeline = Timeline::points(points).map_err(|e| Error::JointMotion(e.into()))?;
-    let mut motion =
-        MotionProblem::from_problem(scenario.problem, timeline, &[]).map_err(Error::JointMotion)?;
-    motion.fix_start(&start).map_err(Error::JointMotion)?;
+    let timeline = Timeline::points(points).map_err(|e| Error::Motion(e.into()))?;
+    let mut motion = MotionProblem::from_problem(scenario.problem, timeline, &[]).map_err(Error::Motion)?;
+    motion.fix_start(&start).map_err(Error::Motion)?;
     let still = Clip::still(start);
     let mut rows = Vec::with_capacity(settings.runs * contenders.len() * n_measured);
     for run in 0..settings.runs {
