@@ -195,6 +195,17 @@ pub fn apply_motion_in(pose: &Pose, joint: JointId, frame: &mut Frame<f64>) {
     }
 }
 
+impl Rig {
+    /// The largest distance of a joint from the first root at rest, in metres: a length to measure
+    /// tolerances by. At least 1e-3.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        let frames = self.rest_pose().kernel_frames();
+        let origin = frames.first().map_or(DVec3::ZERO, |f| f.origin.value());
+        frames.iter().map(|f| f.origin.value().distance(origin)).fold(1e-3, f64::max)
+    }
+}
+
 impl Pose {
     /// Where every joint is in the world, by the order of [`Rig::joints`].
     ///

@@ -35,6 +35,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+mod carrier;
 mod clip;
 #[cfg(feature = "serde")]
 mod data;
@@ -47,6 +48,7 @@ mod lanes;
 mod limit;
 mod name;
 mod pose;
+mod pose_error;
 mod rig;
 mod rig_error;
 mod rigid;
@@ -76,7 +78,8 @@ pub use joint_frame::JointFrame;
 pub use lanes::{LaneScalar, Lanes};
 pub use limit::{Cone, ConeCentre, ConeError, ConeNormal, Range, TangentBox};
 pub use name::{UnknownName, unknown as unknown_name};
-pub use pose::{Pose, PoseError, difference_joint, project_joint, retract_joint, rotation_vector};
+pub use pose::{Pose, difference_joint, project_joint, retract_joint, rotation_vector};
+pub use pose_error::PoseError;
 pub use rig::{ChainError, Rig, RigBuilder};
 pub use rig_error::RigError;
 pub use rigid::{RigidError, decompose_affine};

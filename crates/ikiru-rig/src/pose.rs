@@ -6,6 +6,7 @@ use crate::foreign::ForeignJoint;
 use crate::joint::{Joint, JointId, JointMotion};
 use crate::limit::Cone;
 use crate::maths;
+use crate::pose_error::PoseError;
 use crate::rig::Rig;
 
 /// The value of every degree of freedom of one rig. A plain value: clone it, store it, send it.
@@ -37,41 +38,17 @@ impl PartialEq for Pose {
     }
 }
 
-/// Why a pose was not changed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum PoseError {
-    /// The joint does not have what was set.
-    #[error("joint '{joint}' is {motion}: it has no {wanted} to set")]
-    Kind {
-        /// Name of the joint.
-        joint: String,
-        /// How it moves.
-        motion: &'static str,
-        /// What was to be set.
-        wanted: &'static str,
-    },
-    /// A number that is not finite, or a quaternion of length 0.
-    #[error("joint '{0}': the value must be finite, a rotation not of length 0")]
-    Value(String),
-    /// The id of a joint of another rig.
-    #[error(transparent)]
-    NoJoint(#[from] ForeignJoint),
-    /// The root of the body is to translate, and does not float.
-    #[error("the rig's root does not float: a root that does comes of RigBuilder::free_root")]
-    NoFloatingRoot,
-    /// The wrong number of coordinates.
-    #[error("the rig's poses have {expected} numbers, not {found}")]
-    Length {
-        /// How many there were.
-        found: usize,
-        /// How many the rig has.
-        expected: usize,
-    },
-}
-
 /// Ratio under which two quaternions are too near to opposite to be told apart.
 const TINY: f64 = 1e-12;
+
+impl Rig {
+    /// The pose of all zeros: every joint at its rest transform. It may lie outside limits that do not
+    /// contain zero; see [`Pose::project`].
+    #[must_use]
+    pub fn rest_pose(&self) -> Pose {
+        Pose::rest(self)
+    }
+}
 
 impl Pose {
     pub(crate) fn rest(rig: &Rig) -> Self {

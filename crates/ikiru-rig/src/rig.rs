@@ -3,17 +3,16 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3};
+use glam::DQuat;
 
+use crate::carrier::root_of;
 use crate::foreign::ForeignJoint;
 use crate::frame::Rotation;
 use crate::humanoid::Role;
 use crate::joint::{Joint, JointId, JointMotion};
 use crate::limit::Range;
 use crate::name::{self, UnknownName};
-use crate::pose::Pose;
 use crate::rig_error::RigError;
-use crate::root::root_of;
 
 /// A tree of joints, parents first. Cheap to clone: the data is shared and never changes.
 ///
@@ -112,7 +111,7 @@ impl Rig {
         self.0.n_dofs
     }
 
-    /// Where a joint's coordinates lie in [`Pose::coords`]; empty for one that follows another,
+    /// Where a joint's coordinates lie in [`Pose::coords`](crate::Pose::coords); empty for one that follows another,
     /// and for the id of another, larger rig.
     #[must_use]
     pub fn coords_of(&self, joint: JointId) -> std::ops::Range<usize> {
@@ -183,13 +182,6 @@ impl Rig {
         std::iter::successors(start, |j| self.0.joints[j.index()].parent)
     }
 
-    /// The pose of all zeros: every joint at its rest transform. It may lie outside limits that do not
-    /// contain zero; see [`Pose::project`].
-    #[must_use]
-    pub fn rest_pose(&self) -> Pose {
-        Pose::rest(self)
-    }
-
     /// The root of the body, which carries everything that moves: the joint that [`RigBuilder::free_root`]
     /// lets float, by the rules that stand there. `None` where no joint moves, or none could float.
     #[must_use]
@@ -201,15 +193,6 @@ impl Rig {
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
-    }
-
-    /// The largest distance of a joint from the first root at rest, in metres: a length to measure
-    /// tolerances by. At least 1e-3.
-    #[must_use]
-    pub fn size(&self) -> f64 {
-        let frames = self.rest_pose().kernel_frames();
-        let origin = frames.first().map_or(DVec3::ZERO, |f| f.origin.value());
-        frames.iter().map(|f| f.origin.value().distance(origin)).fold(1e-3, f64::max)
     }
 
     /// A builder that starts from this rig, to change motions or limits.

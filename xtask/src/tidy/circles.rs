@@ -10,12 +10,14 @@ use anyhow::{Context, Result};
 use super::paths::{CodePath, paths};
 use super::{Finding, Project};
 
-/// The crates whose files are looked at.
-const CRATES: [&str; 4] = ["ikiru-solve", "ikiru-scenario", "ikiru-eval", "ikiru-cli"];
-
 pub(super) fn check(project: &Project) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
-    for name in CRATES {
+    let name = |file: &String| match file.split('/').collect::<Vec<_>>()[..] {
+        ["crates", name, "src", ..] => Some(name.to_owned()),
+        _ => None,
+    };
+    let crates: BTreeSet<String> = project.files().iter().filter_map(name).collect();
+    for name in crates {
         let files = CrateFiles::read(project, &format!("crates/{name}/src/"))?;
         let uses = files.uses();
         for circle in circles(&uses) {
@@ -201,6 +203,18 @@ mod tests {
         let y = ("k/y.rs", "use super::K;\n");
         let expected = [circle("k/mod.rs", 4, "k/mod.rs → k/y.rs → k/mod.rs")];
         assert_eq!(findings(&[lib, folder, ("k/x.rs", ""), y]), expected);
+    }
+
+    #[test]
+    fn every_crate_is_looked_at_by_itself() {
+        let (a, b) = ("use crate::b::B;\n", "use crate::a::A;\n");
+        for name in ["ikiru-rig", "ikiru-formats", "new"] {
+            let [of_a, of_b] = ["a", "b"].map(|file| format!("crates/{name}/src/{file}.rs"));
+            let found = check(&Tree::new(&[(&of_a, a), (&of_b, b)]).open()).unwrap();
+            assert_eq!(found.iter().map(|finding| &finding.file).collect::<Vec<_>>(), [&of_a], "{name}");
+        }
+        let found = check(&Tree::new(&[("crates/x/src/a.rs", a), ("crates/y/src/b.rs", b)]).open()).unwrap();
+        assert_eq!(found.len(), 0);
     }
 
     #[test]

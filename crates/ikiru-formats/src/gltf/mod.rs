@@ -7,6 +7,7 @@
 mod accessor;
 pub(crate) mod animation;
 mod buffer;
+mod chunk;
 pub(crate) mod clips;
 pub(crate) mod container;
 pub(crate) mod document;
@@ -23,6 +24,7 @@ mod uri;
 pub(crate) mod write;
 pub(crate) mod write_animation;
 
-pub(crate) use container::{Container, JSON_CHUNK, MAGIC};
+pub(crate) use chunk::{JSON_CHUNK, MAGIC};
+pub(crate) use container::Container;
 pub use problem::DataProblem;
 pub use source::Source;

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use glam::DVec3;
 
 use crate::humanoid::Role;
-use crate::humanoid::assign::{Found, RoleProblem};
-use crate::humanoid::tree::Tree;
+use crate::humanoid::problem::RoleProblem;
+use crate::humanoid::tree::{Found, Tree};
 use crate::joint::JointId;
 use crate::maths;
 use crate::rig::Rig;

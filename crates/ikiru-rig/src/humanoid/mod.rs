@@ -32,18 +32,22 @@
 mod apply;
 mod assign;
 mod facing;
+mod problem;
 mod structure;
 mod t_pose;
 mod table;
 mod transfer;
+mod transfer_warning;
 mod tree;
 mod way;
 
 pub use apply::RoleMapError;
-pub use assign::{Assignment, RoleProblem, assign};
+pub use assign::{Assignment, assign};
 pub use facing::facing;
+pub use problem::RoleProblem;
 pub use t_pose::{normalised, t_pose};
-pub use transfer::{Reference, TransferError, TransferWarning, Transferred, transfer};
+pub use transfer::{Reference, TransferError, Transferred, transfer};
+pub use transfer_warning::TransferWarning;
 
 use crate::name::{UnknownName, unknown};
 

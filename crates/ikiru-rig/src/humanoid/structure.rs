@@ -1,8 +1,8 @@
 //! The hips by structure: where legs and trunk hang side by side, what carries both, whatever its name is.
 
 use crate::humanoid::Role;
-use crate::humanoid::assign::{Found, RoleProblem};
-use crate::humanoid::tree::Tree;
+use crate::humanoid::problem::RoleProblem;
+use crate::humanoid::tree::{Found, Tree};
 
 /// Bones of the trunk, lowest first.
 const TRUNK: [Role; 5] = [Role::Spine, Role::Chest, Role::UpperChest, Role::Neck, Role::Head];

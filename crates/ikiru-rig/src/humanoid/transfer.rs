@@ -4,13 +4,14 @@ use glam::{DQuat, DVec3};
 
 use crate::clip::{Clip, ClipError};
 use crate::humanoid::t_pose::{t_pose, turns_freely};
+use crate::humanoid::transfer_warning::TransferWarning;
 use crate::humanoid::way::Way;
 use crate::humanoid::{Role, facing};
 use crate::joint::{JointId, JointMotion};
 use crate::maths;
-use crate::pose::{Pose, PoseError};
+use crate::pose::Pose;
+use crate::pose_error::PoseError;
 use crate::rig::Rig;
-use crate::rig_error::RigError;
 
 /// The pose in which two rigs are taken to look alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,43 +32,6 @@ pub struct Transferred {
     pub clip: Clip,
     /// What got lost on the way.
     pub warnings: Vec<TransferWarning>,
-}
-
-/// What a clip lost when it was transferred.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum TransferWarning {
-    /// The hips move in the clip, and stay in place on the target.
-    HipsStay {
-        /// How far they would have got from where they are at rest, metres.
-        metres: f64,
-        /// Why nothing of the target can float.
-        reason: RigError,
-    },
-    /// The clip goes somewhere, but one of the rigs has no joint that is the hips.
-    NoHips {
-        /// Which: the clip's rig, or the target.
-        rig: &'static str,
-    },
-}
-
-impl std::fmt::Display for TransferWarning {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::HipsStay { metres, reason } => {
-                write!(
-                    f,
-                    "the hips, which go up to {metres:.3} m from their place, were left there: {reason}"
-                )
-            }
-            Self::NoHips { rig } => {
-                write!(
-                    f,
-                    "{rig} has no joint that is the hips, so their way was left out: expected the role 'hips'"
-                )
-            }
-        }
-    }
 }
 
 /// Why a clip cannot be transferred.

@@ -2,7 +2,11 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::humanoid::Role;
 use crate::joint::Joint;
+
+/// A joint for each role.
+pub(super) type Found = [Option<usize>; Role::ALL.len()];
 
 /// Joints by position, parents first.
 #[derive(Clone, Copy)]

@@ -4,9 +4,10 @@ use glam::{DQuat, DVec3};
 
 use crate::clip::Clip;
 use crate::humanoid::Role;
-use crate::humanoid::transfer::TransferWarning;
+use crate::humanoid::transfer_warning::TransferWarning;
 use crate::joint::{JointId, JointMotion};
-use crate::pose::{Pose, PoseError};
+use crate::pose::Pose;
+use crate::pose_error::PoseError;
 use crate::rig::Rig;
 use crate::rig_error::RigError;
 

@@ -2,7 +2,7 @@
 
 use glam::DQuat;
 
-use super::ConeError;
+use super::cone_error::ConeError;
 use crate::maths;
 
 /// Where the middle of a [`Cone`](super::Cone) lies: two constant rotations, P and K. The limit then holds for

@@ -2,12 +2,14 @@
 
 mod centre;
 mod cone;
+mod cone_error;
 mod ellipse;
 mod range;
 mod tangent;
 
 pub use centre::ConeCentre;
-pub use cone::{Cone, ConeError};
+pub use cone::Cone;
+pub use cone_error::ConeError;
 pub use range::Range;
 pub use tangent::{ConeNormal, TangentBox};
 
