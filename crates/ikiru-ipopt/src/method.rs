@@ -188,6 +188,8 @@ impl Function for Cost<'_, '_, '_> {
     }
 
     fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) -> bool {
+        // What is known may be of these variables while the charts are at others.
+        self.charts.set(x);
         if !self.evaluate(x, true) {
             return false;
         }
@@ -314,6 +316,11 @@ mod tests {
             }
             let (mut gradient, mut values) = (vec![0.0; x.len()], vec![0.0; jacobian.len()]);
             assert!(cost.gradient(&x, &mut gradient) && cost.constraint_jacobian(&x, &mut values));
+            // Constraints may be asked for elsewhere in between.
+            let (mut again, elsewhere) = (vec![0.0; x.len()], vec![0.1; x.len()]);
+            assert!(cost.constraints(&elsewhere, &mut vec![0.0; n_constraints]));
+            assert!(cost.gradient(&x, &mut again));
+            assert_eq!(again, gradient);
             for k in 0..x.len() {
                 let mut shifted = |shift: f64| {
                     let mut x = x.clone();

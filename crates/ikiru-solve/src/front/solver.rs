@@ -175,8 +175,9 @@ mod tests {
                 let (position, rotation) = (frame.position * 1.3, frame.rotation);
                 problem.add(1.0, PoseTarget::new(joint, position, rotation));
                 let search = if case % 2 == 0 { Search::Local } else { Search::Global { max_restarts: 2 } };
+                let settle = if case % 4 < 2 { Settle::Fully } else { Settle::Tolerances };
                 let options =
-                    SolverOptions { method, search, max_iterations: 25, ..SolverOptions::default() };
+                    SolverOptions { method, search, settle, max_iterations: 25, ..SolverOptions::default() };
                 let solver = Solver::new(options);
                 let mut workspace = solver.workspace(&problem);
                 workspace.state.seen = Some(Vec::new());

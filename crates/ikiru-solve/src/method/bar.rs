@@ -34,7 +34,7 @@ impl Bar {
     }
 
     /// Whether the solve may end here. Without `cost_below` only coordinates that meet every term exactly, within
-    /// rounding, end it early: otherwise it goes on until it converges.
+    /// rounding, end it early: otherwise it goes on until it converges or settles.
     #[inline]
     pub(crate) fn is_met(&self, cost: f64) -> bool {
         match self.cost_below {

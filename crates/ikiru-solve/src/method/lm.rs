@@ -52,7 +52,7 @@ impl Lm {
         budget: &mut Budget<'_>,
         effort: &mut Effort,
     ) -> Outcome {
-        let mut best = Outcome::new(cost, model.violation(), StopReason::NoProgress, false);
+        let mut best = Outcome::new(cost, missed(model, bar), StopReason::NoProgress, false);
         let may_miss = model.may_have_guards();
         let mut damping = Damping { now: 0.0, scale: 0.0 };
         let last = if may_miss {
@@ -86,7 +86,7 @@ impl Lm {
         let (first, mut cost) = (cost, cost);
         let (mut damping, mut scale) = (0.0, 0.0);
         let mut patience = bar.patience(cost, model.violation());
-        let mut hard = Hard::<GUARDS>::new(model.violation());
+        let mut hard = Hard::<GUARDS>::new(model.violation(), missed(model, bar));
         let mut n_little = 0;
         let mut settling = Settling::default();
         if GUARDS {
@@ -94,7 +94,7 @@ impl Lm {
         }
         'accepted: loop {
             if bar.is_met(cost) && (!GUARDS || model.holds()) {
-                return Outcome::new(cost, hard.violation, StopReason::Reached, true);
+                return Outcome::new(cost, hard.missed, StopReason::Reached, true);
             }
             model.linearize();
             let gradient = model.begin();
@@ -109,6 +109,7 @@ impl Lm {
             let rules = model.rules();
             let settled = if bar.settles {
                 let missed = if has_guards { scale * model.hard_square() } else { 0.0 };
+                model.remember();
                 Settling::damping(cost + missed, scale)
             } else {
                 0.0
@@ -119,11 +120,11 @@ impl Lm {
             loop {
                 if let Some(stop) = budget.spend(model.has_failed(), cost) {
                     model.set_coords(&self.accepted);
-                    return Outcome::new(cost, hard.violation, stop, false);
+                    return Outcome::new(cost, hard.missed, stop, false);
                 }
                 if damping > most_damping {
                     model.set_coords(&self.accepted);
-                    return Outcome::new(cost, hard.violation, StopReason::NoProgress, false);
+                    return Outcome::new(cost, hard.missed, StopReason::NoProgress, false);
                 }
                 let damping_now = if bar.settles {
                     damping * settled
@@ -147,7 +148,8 @@ impl Lm {
                 let promised = merit - hard.merit(promised_cost, promised_violation);
                 let least_gain = rules.least_gain.max(effort.least_gain);
                 let (mut gain, mut whole) = (promised.abs(), merit);
-                if GUARDS && cost > bar.nothing && hard.is_stuck(promised_violation, least_gain) {
+                let is_stuck = GUARDS && cost > bar.nothing && hard.is_stuck(promised_violation, least_gain);
+                if is_stuck {
                     (gain, whole) = ((cost - promised_cost).abs(), cost);
                 }
                 n_little = if gain < rules.little_gain * whole { n_little + 1 } else { 0 };
@@ -156,7 +158,7 @@ impl Lm {
                     || (n_little >= rules.n_little && model.is_satisfied(1.0))
                 {
                     model.set_coords(&self.accepted);
-                    return Outcome::new(cost, hard.violation, StopReason::Converged, false);
+                    return Outcome::new(cost, hard.missed, StopReason::Converged, false);
                 }
                 model.advance(&self.accepted);
                 let mut trial = model.differentiate();
@@ -166,30 +168,37 @@ impl Lm {
                 let trial_merit = hard.merit(trial, model.violation());
                 if trial_merit < merit {
                     let ratio = (merit - trial_merit) / promised.max(1e-300);
-                    damping *= if ratio < BAD {
-                        2.0
-                    } else if bar.settles {
-                        1.0
-                    } else if ratio > GOOD {
+                    // A frame's damping is small to begin with: what grew on the way is taken back, and no more.
+                    let least = if bar.settles { 1.0 } else { 0.0 };
+                    let is_short = damping > least && damping_now > scale;
+                    damping *= if ratio > GOOD {
                         0.5
+                    } else if ratio < BAD {
+                        2.0
                     } else {
                         0.8
                     };
+                    damping = damping.max(least);
+                    let before = cost;
                     cost = trial;
-                    hard.accept(model.violation());
+                    hard.accept(model.violation(), missed(model, bar));
                     if has_guards {
-                        let found = Outcome::new(cost, hard.violation, best.stop, false);
+                        let found = Outcome::new(cost, hard.missed, best.stop, false);
                         if found.is_better(best) {
                             *best = found;
                             self.best.copy_from_slice(model.coords());
                         }
                     }
-                    let taken = Taken { before: merit, promised: merit - promised, now: trial_merit };
-                    if bar.settles && settling.is_over(model, taken, ratio < BAD) {
-                        return Outcome::new(cost, hard.violation, StopReason::Converged, true);
+                    let taken = if is_stuck {
+                        Taken { before, promised: promised_cost, now: trial, is_short }
+                    } else {
+                        Taken { before: merit, promised: merit - promised, now: trial_merit, is_short }
+                    };
+                    if bar.settles && settling.is_over(model, taken) {
+                        return Outcome::new(cost, hard.missed, StopReason::Converged, true);
                     }
                     if patience.is_over(cost, hard.violation) {
-                        return Outcome::new(cost, hard.violation, StopReason::NoProgress, true);
+                        return Outcome::new(cost, hard.missed, StopReason::NoProgress, true);
                     }
                     continue 'accepted;
                 }
@@ -225,6 +234,11 @@ impl Lm {
     }
 }
 
+/// By how much hard rows are missed when answers are compared, as of the last evaluation.
+fn missed<M: Model>(model: &M, bar: &Bar) -> f64 {
+    if bar.settles && model.holds() { 0.0 } else { model.violation() }
+}
+
 /// The damping of the last step, and by what it is measured.
 #[derive(Clone, Copy, Debug)]
 struct Damping {
@@ -237,6 +251,8 @@ struct Damping {
 struct Hard<const ANY: bool> {
     /// By how much they are missed now.
     violation: f64,
+    /// By how much when answers are compared: not at all where it is enough that they are within their tolerances, and they are.
+    missed: f64,
     /// ν
     weight: f64,
     /// How much of what is missed a step is to make good: all, unless that led nowhere.
@@ -245,8 +261,8 @@ struct Hard<const ANY: bool> {
 
 impl<const ANY: bool> Hard<ANY> {
     /// What they ask of the first step, missed by so much.
-    fn new(violation: f64) -> Self {
-        Self { violation, weight: 0.0, share: 1.0 }
+    fn new(violation: f64, missed: f64) -> Self {
+        Self { violation, missed, weight: 0.0, share: 1.0 }
     }
 
     #[inline(always)]
@@ -266,11 +282,11 @@ impl<const ANY: bool> Hard<ANY> {
     }
 
     #[inline(always)]
-    fn accept(&mut self, violation: f64) {
+    fn accept(&mut self, violation: f64, missed: f64) {
         if !ANY {
             return;
         }
-        (self.violation, self.share) = (violation, (2.0 * self.share).min(1.0));
+        (self.violation, self.missed, self.share) = (violation, missed, (2.0 * self.share).min(1.0));
         self.weight *= FORGET;
     }
 }
@@ -412,15 +428,15 @@ mod tests {
 
     #[test]
     fn a_measure_of_hard_rows_forgets_what_was_on_the_way_alone() {
-        let mut hard = Hard::<true>::new(0.5);
+        let mut hard = Hard::<true>::new(0.5, 0.5);
         assert_eq!(hard.merit(3.0, 0.5), 3.0);
         hard.weigh(2.0);
         hard.weigh(1.0);
         assert_eq!((hard.merit(3.0, 0.5), hard.merit(3.0, 0.0)), (3.0 + 4.0 * EXACT * 0.5, 3.0));
         hard.share = 0.25;
-        hard.accept(0.25);
+        hard.accept(0.25, 0.25);
         assert_eq!((hard.violation, hard.share, hard.weight), (0.25, 0.5, 4.0 * EXACT * FORGET));
         // Where there are none, the cost is the measure.
-        assert_eq!(Hard::<false>::new(0.5).merit(3.0, 0.5), 3.0);
+        assert_eq!(Hard::<false>::new(0.5, 0.5).merit(3.0, 0.5), 3.0);
     }
 }

@@ -103,8 +103,9 @@ impl Search {
 #[non_exhaustive]
 pub enum Settle {
     /// As frames want it, each solved from the one before: a solve ends with the first step after which every mandatory term is within
-    /// 0.3 of its tolerance and the step did what it promised, or where steps in a row gain next to nothing, since what is wanted
-    /// cannot be met. At least one step is taken. What mandatory terms leave open moves towards its optimum from frame to frame. A
+    /// 0.3 of its tolerance and the step did what it promised, or within 0.1 of it in any case; or where steps in a row gain next to
+    /// nothing, neither in all nor for a term that is unmet, since what is wanted cannot be met. At least one step is taken, and
+    /// constraints are held as far as their tolerances ask. Forces and shares are then those of a pose near the best one. What mandatory terms leave open moves towards its optimum from frame to frame. A
     /// problem without mandatory terms is solved fully.
     #[default]
     Tolerances,
@@ -121,7 +122,7 @@ pub struct SolverOptions {
     /// Where the answer is looked for; [`Search::Local`] by default.
     pub search: Search,
     /// Success means a cost below this (the paper's equation 22). `None`, the default: success means every
-    /// mandatory term within its tolerance, and the solver goes on until it converges.
+    /// mandatory term within its tolerance, and the solver goes on as far as [`settle`](Self::settle) says.
     pub cost_below: Option<f64>,
     /// How far a pose is solved; [`Settle::Tolerances`] by default.
     pub settle: Settle,

@@ -77,6 +77,10 @@ impl Model for Line {
     fn is_satisfied(&self, _: f64) -> bool {
         self.is_satisfied
     }
+    fn remember(&mut self) {}
+    fn gets_on(&self, _: f64, _: f64) -> bool {
+        true
+    }
     fn linearize(&mut self) {}
     fn gradient(&self, _: f64, gradient: &mut [f64]) {
         gradient[0] = self.gradient;

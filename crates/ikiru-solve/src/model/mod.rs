@@ -47,6 +47,13 @@ pub(crate) trait Model {
     /// Whether every mandatory term is within a part of its tolerance, as of the last evaluation.
     fn is_satisfied(&self, part: f64) -> bool;
 
+    /// Keeps what terms miss, as of the last evaluation, for [`gets_on`](Self::gets_on).
+    fn remember(&mut self);
+
+    /// Whether a mandatory term that is not within a part of its tolerance, `well`, misses less by the part `little` of the square of
+    /// what it missed when that was kept.
+    fn gets_on(&self, well: f64, little: f64) -> bool;
+
     /// Linearizes at the coordinates that were evaluated last.
     fn linearize(&mut self);
 

@@ -65,6 +65,14 @@ impl Model for PoseModel<'_> {
         self.state.is_satisfied(self.layout, self.problem, part)
     }
 
+    fn remember(&mut self) {
+        self.state.kept_squares.copy_from_slice(&self.state.squares);
+    }
+
+    fn gets_on(&self, well: f64, little: f64) -> bool {
+        self.state.gets_on(self.layout, self.problem, well, little)
+    }
+
     #[inline(always)]
     fn linearize(&mut self) {
         self.state.linearize(self.layout, self.problem, false);

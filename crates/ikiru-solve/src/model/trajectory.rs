@@ -127,6 +127,13 @@ impl Model for Trajectory<'_> {
         self.state.is_within(self.layout, self.motion, part, Term::counts)
     }
 
+    // No motion is solved as a frame is.
+    fn remember(&mut self) {}
+
+    fn gets_on(&self, _: f64, _: f64) -> bool {
+        true
+    }
+
     fn linearize(&mut self) {
         self.state.linearize(self.layout, self.motion);
     }

@@ -256,6 +256,18 @@ impl State {
         }
     }
 
+    /// Whether a part of a mandatory term that is not within a part of its tolerance, `well`, misses less by the part `little` of the
+    /// square of what it missed when squares were kept.
+    pub(crate) fn gets_on(&self, layout: &Layout, problem: &crate::Problem, well: f64, little: f64) -> bool {
+        layout.terms.iter().filter(|t| problem.terms()[t.term].counts()).any(|t| {
+            let tolerance = problem.terms()[t.term].tolerance.times(well);
+            t.parts.clone().any(|part| {
+                let (now, well) = (self.squares[part], tolerance.of(layout.parts[part].unit));
+                now > well * well && now < (1.0 - little) * self.kept_squares[part]
+            })
+        })
+    }
+
     /// Whether every mandatory term is within a part of its tolerance, as of the last evaluation.
     pub(crate) fn is_satisfied(&self, layout: &Layout, problem: &crate::Problem, part: f64) -> bool {
         layout.terms.iter().all(|t| {

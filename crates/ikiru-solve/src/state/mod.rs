@@ -51,6 +51,8 @@ pub(crate) struct State {
     pub(crate) residual: Vec<f64>,
     /// Squared length of what each part misses.
     pub(crate) squares: Vec<f64>,
+    /// Those that were kept, to tell whether terms get on.
+    pub(crate) kept_squares: Vec<f64>,
     /// How many rows of each part are open.
     pub(crate) n_open: Vec<usize>,
     /// By how much hard rows are missed that something moves, summed up (metres, radians).
@@ -98,6 +100,7 @@ impl State {
             directions: vec![Vec3::zero(); layout.n_screws],
             residual: vec![0.0; n_rows],
             squares: vec![0.0; layout.parts.len()],
+            kept_squares: vec![0.0; layout.parts.len()],
             n_open: vec![0; layout.parts.len()],
             violation: 0.0,
             weights: vec![0.0; layout.parts.len()],

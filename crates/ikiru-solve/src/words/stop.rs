@@ -7,7 +7,8 @@
 pub enum StopReason {
     /// The bar was met: the cost below `cost_below`, or every mandatory term within its tolerance.
     Reached,
-    /// No step makes the cost smaller by more than rounding: this is a (local) best.
+    /// No step makes the cost smaller by more than rounding: this is a (local) best. Of a [frame](crate::Settle::Tolerances) that cannot be
+    /// met: steps gain next to nothing.
     Converged,
     /// The allowed iterations were used up (the paper's equation 21).
     IterationLimit,

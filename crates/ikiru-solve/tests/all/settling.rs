@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::DVec3;
-use ikiru_rig::{JointId, Pose, Rig};
+use ikiru_rig::{Joint, JointId, JointMotion, Pose, Rig, RigBuilder};
 use ikiru_solve::objectives::{Bound, Distance, Position, RestPose};
 use ikiru_solve::{Problem, Report, Search, Settle, Solver, SolverOptions, StopReason, TermId, Tolerance};
 use ikiru_testkit::reference::world_matrices;
@@ -162,4 +162,74 @@ fn constraints_of_a_frame_are_held_within_their_tolerance_too() {
         }
     }
     assert!(n_held > 35, "{n_held}");
+}
+
+/// Two arms of three balls each, to either side of a root; the joints at their ends.
+fn arms() -> (Rig, [JointId; 2]) {
+    let mut builder = RigBuilder::new();
+    let root = builder.add(Joint::new("root", None));
+    let ends = [1.0, -1.0].map(|side| {
+        let mut parent = root;
+        for number in 0..4 {
+            let rest_translation = DVec3::X * side * if number == 0 { 0.2 } else { 0.3 };
+            let motion = if number < 3 { JointMotion::BALL } else { JointMotion::Fixed };
+            let name = format!("{side} {number}");
+            parent = builder.add(Joint { rest_translation, motion, ..Joint::new(name, Some(parent)) });
+        }
+        parent
+    });
+    (builder.build().unwrap(), ends)
+}
+
+#[test]
+fn a_frame_with_a_constraint_moves_on_from_a_pose_that_holds_it_exactly() {
+    let (rig, [left, _]) = arms();
+    let elbow = JointId::from_index(left.index() - 1);
+    for max_iterations in [500, 2] {
+        let mut start = rig.rest_pose();
+        start.retract(&vec![0.2; rig.n_dofs()]).unwrap();
+        let places = |pose: &Pose, joint: JointId| world_matrices(pose)[joint.index()].w_axis.truncate();
+        let mut problem = Problem::whole_body(&rig);
+        let from = places(&start, left);
+        let id = problem.add(1.0, Position::new(left, from));
+        let height = places(&start, elbow).distance(DVec3::ZERO);
+        problem.add_hard(Distance::new([JointId::from_index(0), elbow], Bound::Exactly(height)));
+        let options = SolverOptions { max_iterations, ..SolverOptions::default() };
+        let (solver, mut pose) = (Solver::new(options), start);
+        let mut workspace = solver.workspace(&problem);
+        for frame in 1..200 {
+            // Two millimetres a frame, there and back.
+            let way = 0.002 * f64::from(if frame < 100 { frame } else { 200 - frame });
+            problem[id].target = from - way * from.normalize();
+            let report = solver.solve(&problem, &mut pose, &mut workspace);
+            assert!(report.success, "{max_iterations}, {frame}: {report:?}");
+            assert!(places(&pose, left).distance(problem[id].target) < 1e-3);
+            let apart = places(&pose, elbow).length();
+            assert!((apart - height).abs() < Tolerance::HARD.metres, "{max_iterations}, {frame}");
+        }
+    }
+}
+
+#[test]
+fn what_can_be_met_is_met_beside_what_is_far_out_of_reach() {
+    let (rig, [left, right]) = arms();
+    let mut problem = Problem::whole_body(&rig);
+    problem.add(1.0, Position::new(left, DVec3::new(4.0, 1.0, 0.0)));
+    let id = problem.add(1.0, Position::new(right, DVec3::ZERO));
+    let solver = Solver::default();
+    let mut workspace = solver.workspace(&problem);
+    let mut pose = rig.rest_pose();
+    pose.retract(&vec![0.3; rig.n_dofs()]).unwrap();
+    for frame in 0..200 {
+        let angle = 0.02 * f64::from(frame);
+        problem[id].target = DVec3::new(-0.6 + 0.25 * angle.cos(), 0.25 * angle.sin(), 0.2);
+        let report = solver.solve(&problem, &mut pose, &mut workspace);
+        let missed = world_matrices(&pose)[right.index()].w_axis.truncate().distance(problem[id].target);
+        assert!(missed < 1e-3 && !report.success, "{frame}: {missed}");
+        assert!(frame == 0 || report.iterations < 40, "{frame}: {}", report.iterations);
+    }
+    // The other arm is stretched towards where it cannot get.
+    let place = world_matrices(&pose)[left.index()].w_axis.truncate();
+    let way = DVec3::new(4.0, 1.0, 0.0) - DVec3::X * 0.2;
+    assert!((place - DVec3::X * 0.2).angle_between(way) < 0.01, "{place}");
 }
