@@ -3,12 +3,9 @@
 //! `H = Lᵀ D L`, eliminated from the leaves to the root (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 6.5): every
 //! row of `L` has entries for the path above alone, in the same places as the rows above.
 
-use crate::algebra::cholesky::NotPositiveDefinite;
+use crate::algebra::cholesky::{NotPositiveDefinite, dot, sound};
 use crate::algebra::rows::{Columns, OpenStep, StepSystem, SystemMemory};
 use crate::layout::{Layout, Paths, Span};
-
-/// A pivot below this part of its diagonal is rounding.
-const LEAST_PIVOT: f64 = 1e-15;
 
 /// A column is the span of rows that its degree of freedom can move; the memory's matrix has the rows of `JᵀJ` one
 /// behind the other.
@@ -53,25 +50,11 @@ impl<'a> Branched<'a> {
     }
 }
 
-/// `a · b` in four sums, always in one order.
-#[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len().min(b.len());
-    let ((a, a_rest), (b, b_rest)) = (a[..n].as_chunks::<2>(), b[..n].as_chunks::<2>());
-    let mut sums = [0.0; 2];
-    for (a, b) in a.iter().zip(b) {
-        sums[0] += a[0] * b[0];
-        sums[1] += a[1] * b[1];
-    }
-    let rest = if let ([a], [b]) = (a_rest, b_rest) { a * b } else { 0.0 };
-    sums[0] + sums[1] + rest
-}
-
 impl Columns for Branched<'_> {
     #[inline]
     fn dot(&self, k: usize, v: &[f64]) -> f64 {
         let (first, column) = self.column(k);
-        dot(column, &v[first..])
+        dot(column, &v[first..first + column.len()])
     }
 
     #[inline]
@@ -149,10 +132,7 @@ impl StepSystem for Branched<'_> {
             // What was taken off it is what those below it did.
             let whole = self.memory.matrix[at.start + depth] + step.damping / step.inverse[k];
             let pivot = row[depth] + step.damping / step.inverse[k];
-            if !(pivot > whole * LEAST_PIVOT) {
-                return Err(NotPositiveDefinite { row: k });
-            }
-            let reciprocal = 1.0 / pivot;
+            let reciprocal = 1.0 / sound(pivot, whole, k)?;
             for (p, i) in above.iter().enumerate() {
                 let l = row[p] * reciprocal;
                 // The row of the one above begins in the same places.

@@ -13,7 +13,13 @@ const LEAST_PIVOT: f64 = 1e-15;
 /// The reciprocal of a pivot's root; an error also for what is not a number.
 #[inline(always)]
 fn reciprocal_root(pivot: f64, diagonal: f64, row: usize) -> Result<f64, NotPositiveDefinite> {
-    if pivot > diagonal * LEAST_PIVOT { Ok(1.0 / pivot.sqrt()) } else { Err(NotPositiveDefinite { row }) }
+    sound(pivot, diagonal, row).map(|pivot| 1.0 / pivot.sqrt())
+}
+
+/// A pivot that is more than rounding; an error also for what is not a number.
+#[inline(always)]
+pub(crate) fn sound(pivot: f64, diagonal: f64, row: usize) -> Result<f64, NotPositiveDefinite> {
+    if pivot > diagonal * LEAST_PIVOT { Ok(pivot) } else { Err(NotPositiveDefinite { row }) }
 }
 
 /// Puts its factor in the place of the lower half of a matrix with damping on its diagonal, reciprocals on the diagonal.
