@@ -81,8 +81,8 @@ impl Clip {
         self.retime_while(limits, rate_hz, || true)
     }
 
-    /// Slows the clip down as [`retime`](Self::retime) does, as long as `may_go_on` says so, which is asked between rounds: for who has
-    /// little time.
+    /// Slows the clip down as [`retime`](Self::retime) does, as long as `may_go_on` says so, which is asked between rounds, and
+    /// before each limit that is measured in one: for who has little time.
     ///
     /// # Errors
     /// Those of [`retime`](Self::retime); [`ClipError::Unkept`] also where it was stopped.
@@ -95,9 +95,10 @@ impl Clip {
         if !rate_hz.is_finite() || rate_hz <= 0.0 {
             return Err(ClipError::Rate(rate_hz));
         }
-        if self.exceeded(limits)?.is_empty() {
+        // Whether the limits are kept is known in any case: an error names the worst that is not.
+        let Some(mut worst) = self.exceeded(limits)?.first().copied() else {
             return Ok(Retimed { clip: self.clone(), map: None });
-        }
+        };
         let n_poses = self.duration_secs() * rate_hz + 1.0;
         self.check_length(n_poses)?;
         let share = MOST_NUMBERS as f64 / Way::n_numbers(self, limits, rate_hz);
@@ -112,18 +113,23 @@ impl Clip {
                 way.squared_tempo(&shares).iter().map(|x| x / (stretch * stretch)).collect();
             let map = TimeMap::new(way.secs().to_vec(), &squared);
             let clip = self.slowed(&map, rate_hz)?;
-            let excesses = clip.exceeded(limits)?;
-            let Some(worst) = excesses.first() else {
+            let measured = clip.exceeded_while(limits, &may_go_on)?;
+            let was_stopped = measured.is_none();
+            let excesses = measured.unwrap_or_default();
+            if let Some(first) = excesses.first() {
+                worst = *first;
+            } else if !was_stopped {
                 return Ok(Retimed { clip, map: Some(map) });
-            };
+            }
             let is_too_long = map.duration_secs() > MOST_STRETCH * self.duration_secs();
-            if !may_go_on()
+            if was_stopped
+                || !may_go_on()
                 || is_too_long
                 || shares.iter().any(Share::is_spent)
                 || round == ROUNDS + EVEN_ROUNDS
             {
                 let joint = self.rig().joints()[worst.limit.joint.index()].name.clone();
-                return Err(ClipError::Unkept { joint, excess: *worst });
+                return Err(ClipError::Unkept { joint, excess: worst });
             }
             if round < ROUNDS {
                 clip.take_less(&mut shares, &map, &excesses, spare);

@@ -1,6 +1,8 @@
 //! Clips slowed down until limits hold: measured independently, along the same way, only where it is needed.
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
+use std::cell::Cell;
+
 use glam::{DQuat, DVec3};
 use ikiru_rig::{
     Clip, ClipError, Cone, Joint, JointId, JointMotion, Pose, Range, Rate, RateLimit, RatePart, Retimed, Rig,
@@ -393,5 +395,30 @@ fn a_joint_that_leaps_has_no_tempo_that_is_slow_enough() {
             message.contains(" rad/s, above its largest speed of 0.5 rad/s: raise that limit"),
             "{message}"
         );
+    }
+}
+
+#[test]
+fn who_is_told_to_stop_measures_nothing_more_and_names_a_limit_that_is_not_kept() {
+    let rig = random_rig(6, 2);
+    let clip = random_walk(&rig, 8, 5);
+    let limits = limits_of(&clip, &[Rate::Speed, Rate::Acceleration], 3);
+    let asked = Cell::new(0);
+    let stopped_at = |most: usize| {
+        asked.set(0);
+        clip.retime_while(&limits, 20.0, || {
+            asked.set(asked.get() + 1);
+            asked.get() < most
+        })
+    };
+    assert!(stopped_at(usize::MAX).is_ok());
+    let all = asked.get();
+    // Several rounds, each of which asks before every limit.
+    assert!(limits.len() > 3 && all > 2 * limits.len(), "{all}");
+    for most in [1, 2, limits.len(), limits.len() + 1, limits.len() + 2, all / 2, all] {
+        let error = stopped_at(most).unwrap_err();
+        assert_eq!(asked.get(), most, "it goes on after it was told to stop");
+        let ClipError::Unkept { excess, .. } = &error else { panic!("{error}") };
+        assert!(limits.contains(&excess.limit) && excess.ratio() > 1.0);
     }
 }

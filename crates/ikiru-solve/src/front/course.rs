@@ -78,7 +78,9 @@ pub(super) fn conclude(
     let hint = if is_plain {
         None
     } else {
-        explain(subject, &told.terms, (&mut told.explainer, &mut told.unmet), within)
+        // Who cancels waits for what is in the way at most, which is looked for at one sample a term, not at all of them.
+        let wants_others = outcome.stop != StopReason::Cancelled;
+        explain(subject, &told.terms, (&mut told.explainer, &mut told.unmet), within, wants_others)
     };
     if within {
         told.unmet.forget();

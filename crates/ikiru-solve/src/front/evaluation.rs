@@ -99,7 +99,7 @@ impl Evaluation {
         subject.report_terms(terms);
         let success = terms.iter().all(|t| t.satisfied || !t.mandatory);
         unmet.forget();
-        explain(subject, terms, (explainer, unmet), success);
+        explain(subject, terms, (explainer, unmet), success, true);
         Ok(())
     }
 

@@ -97,7 +97,7 @@ impl MotionEvaluation {
         unmet.fit(subject.coords().len());
         unmet.forget();
         // Linearizes.
-        explain(subject, terms, (explainer, unmet), success);
+        explain(subject, terms, (explainer, unmet), success, true);
         (self.cost, self.violation) = (cost, state.violation);
         self.of_layout.resize(state.gradient.len(), 0.0);
         state.write_half_gradient(0.0, &mut self.of_layout);

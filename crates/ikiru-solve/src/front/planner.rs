@@ -143,7 +143,7 @@ impl Solver {
     /// their place in it. Joints that are not active, and active ones that nothing moves, are in every sample as in the
     /// first one given, or as the guess has them at its first time. By [`Method::Lm`] or [`Method::Adam`].
     ///
-    /// Invalid input ends at once with [`StopReason::InvalidInput`], the guess given back.
+    /// Invalid input ends at once with [`StopReason::InvalidInput`](crate::StopReason::InvalidInput), the guess given back.
     pub fn plan<'w>(
         &self,
         motion: &MotionProblem,
@@ -206,6 +206,7 @@ impl Solver {
             *exceeding = if motion.has_free_duration() {
                 slow_down(motion, clip, told, &budget)
             } else {
+                // To the end, whatever the budget says: a report that has not looked could only guess.
                 known.unwrap_or_else(|| exceeded(motion, clip))
             };
             exceeding.is_empty()

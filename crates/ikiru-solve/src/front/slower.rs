@@ -13,7 +13,8 @@ const SPARE: f64 = 1e-6;
 const MOST_STRETCH: f64 = 1000.0;
 
 /// Gives the poses of a clip later times, where limits on rates ask for it, and the times of what is told with them; the
-/// answer is the limits that cannot be kept at any tempo. Where a budget is used up, it is slowed down as a whole.
+/// answer is the limits that cannot be kept at any tempo. Where a budget is used up, it is slowed down as a whole: that is measured
+/// before and after, and nothing else is.
 pub(super) fn slow_down(
     motion: &MotionProblem,
     clip: &mut Clip,
@@ -26,7 +27,11 @@ pub(super) fn slow_down(
         return excess;
     }
     let may_go_on = || budget.stop().is_none();
-    let retimed = clip.retime_while(limits, 1.0 / motion.timeline().step_secs(), may_go_on).ok();
+    let retimed = if may_go_on() {
+        clip.retime_while(limits, 1.0 / motion.timeline().step_secs(), may_go_on).ok()
+    } else {
+        None
+    };
     let later = |secs: f64| retimed.as_ref().map_or(secs, |retimed| retimed.at(secs));
     // The curve through these poses is not quite the one that was slowed down. What is still exceeded, and what
     // could not be retimed, is slowed down as a whole, under which speeds and accelerations fall as they should.
@@ -36,7 +41,7 @@ pub(super) fn slow_down(
         Clip::new(clip.name(), times, clip.poses().to_vec()).unwrap_or_else(|_| clip.clone())
     };
     let mut slow = slowed(stretch);
-    let mut left = exceeded(motion, &slow);
+    let mut left = if retimed.is_some() { exceeded(motion, &slow) } else { excess.clone() };
     if !left.is_empty() {
         stretch = left.iter().map(RateExcess::needed_stretch).fold(1.0, f64::max) * (1.0 + SPARE);
         if stretch < MOST_STRETCH {

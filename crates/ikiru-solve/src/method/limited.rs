@@ -108,16 +108,15 @@ pub(crate) fn known_excess<'a>(model: &'a Trajectory<'_>) -> Option<&'a [RateExc
 }
 
 /// Finds out, once a plan, whether the straight way between what is given, or standing still, keeps the limits: it is what
-/// comes back where there is no time for more. The motion stays as it is.
-fn find_safe(model: &mut Trajectory<'_>) {
+/// comes back where there is no time for more, and unmeasured where there is none for this either. The motion stays as it is.
+fn find_safe(model: &mut Trajectory<'_>, budget: &Budget<'_>) {
     if model.memory.safe_excess.is_some() {
         return;
     }
     model.memory.reached.clone_from(&model.state.coords);
     model.go_straight();
     model.memory.safe.clone_from(&model.state.coords);
-    model.write_clip();
-    model.memory.safe_excess = Some(exceeded(model.motion, model.clip));
+    model.memory.safe_excess = exceeded_now(model, budget);
     model.state.coords.copy_from_slice(&model.memory.reached);
 }
 
@@ -129,7 +128,7 @@ pub(crate) fn run_limited(
     bar: &Bar,
     budget: &mut Budget<'_>,
 ) -> Outcome {
-    find_safe(model);
+    find_safe(model, budget);
     let mut outcome = run_unlimited(model, lm, cost, bar, budget);
     let found = if outcome.stop.is_final() { None } else { exceeded_now(model, budget) };
     let Some(excess) = found else {
@@ -221,12 +220,18 @@ fn end(model: &mut Trajectory<'_>, keeps: bool, stop: StopReason) -> Outcome {
     Outcome::new(if keeps { cost } else { f64::INFINITY }, model.state.violation, stop, true)
 }
 
-/// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates. False where there is none;
-/// the motion is then left alone. A budget that has run out leaves no time to look for the least way back.
+/// Goes back, as little as it takes, towards a motion that is known to keep the limits on rates. False where there is none:
+/// the motion is then left alone, or is the straight way where that was not measured to the end. A budget that has run out
+/// leaves no time to look for the least way back.
 fn retreat(model: &mut Trajectory<'_>, budget: &Budget<'_>) -> bool {
     let is_over = budget.stop().is_some();
-    if model.memory.safe_excess.as_ref().is_none_or(|excess| !excess.is_empty()) {
-        return false;
+    match &model.memory.safe_excess {
+        Some(excess) if excess.is_empty() => {}
+        Some(_) => return false,
+        None => {
+            model.state.coords.copy_from_slice(&model.memory.safe);
+            return false;
+        }
     }
     model.memory.reached.clone_from(&model.state.coords);
     let (mut kept, mut part) = (0.0, 0.5);

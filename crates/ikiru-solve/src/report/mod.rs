@@ -181,7 +181,8 @@ pub struct Report<'a> {
     /// where success asks for it and it is beyond its tolerance; where that is none and the cost is not below its bar,
     /// where it is beyond its tolerance at all, else the one that costs most. In a motion terms are explained at the sample
     /// at which they miss the most, and what is in nobody's way is told once, at the sample at which it acts the strongest
-    /// (smoothness and limits on rates only where they are in the way). Empty where a cost below `cost_below` was reached.
+    /// (smoothness and limits on rates only where they are in the way). Empty where a cost below `cost_below` was reached; what is in
+    /// nobody's way is left out where somebody stopped the solve.
     pub forces: Cow<'a, [Force]>,
     /// What would help the worst term that is not met and proven to be out of reach.
     pub hint: Option<Hint>,

@@ -22,7 +22,8 @@ type OnProgress = Arc<dyn Fn(Progress) -> ControlFlow<()> + Send + Sync>;
 
 /// Who watches a solve or a plan. It ends at most one iteration after the flag is set or the call answers
 /// [`Break`](ControlFlow::Break), with [`StopReason::Cancelled`](crate::StopReason::Cancelled); the best answer so far comes
-/// back as ever. By default nobody does.
+/// back as ever, with what is in the way of terms that are not met, and the limits on rates that it does not keep. By default
+/// nobody does.
 #[derive(Clone, Default)]
 pub struct Watch {
     cancel: Option<Arc<AtomicBool>>,

@@ -2,6 +2,8 @@
 //! reached, and what cannot names joint and time.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use glam::DVec3;
@@ -12,7 +14,7 @@ use ikiru_rig::{
 use ikiru_solve::objectives::{Orientation, Position};
 use ikiru_solve::{
     AdamOptions, Invalid, Method, MotionError, MotionProblem, MotionWorkspace, PlannedMotion, Solver,
-    SolverOptions, StopReason, Timeline, When,
+    SolverOptions, StopReason, Timeline, Watch, When,
 };
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -111,12 +113,20 @@ fn a_budget_that_has_run_out_leaves_what_is_known_to_keep_the_limits() {
     motion.add(1.0, When::End, Position::new(tip, goal)).unwrap();
     // A guess that meets the target far too fast.
     let guess = Clip::new("", vec![0.0, 1.0], vec![turned(0.0), turned(2.9)]).unwrap();
-    let solver = Solver::new(SolverOptions { max_time: Some(Duration::ZERO), ..SolverOptions::default() });
-    let planned = solver.plan(&motion, &guess, &mut MotionWorkspace::default()).into_owned();
-    assert_eq!((planned.report.stop, planned.report.iterations), (StopReason::TimeBudget, 0));
-    assert!(planned.report.exceeded.is_empty() && !planned.report.success);
-    assert!(measured(&planned.clip, joint, RatePart::Rotation).0 <= 1.0);
-    assert_eq!(planned.clip.poses()[0], rig.rest_pose());
+    let flag = Arc::new(AtomicBool::new(true));
+    for (max_time, watch, stop) in [
+        (Some(Duration::ZERO), Watch::new(), StopReason::TimeBudget),
+        (None, Watch::new().cancelled_by(flag), StopReason::Cancelled),
+    ] {
+        let solver = Solver::new(SolverOptions { max_time, ..SolverOptions::default() });
+        let mut workspace = MotionWorkspace::default();
+        workspace.watch(watch);
+        let planned = solver.plan(&motion, &guess, &mut workspace).into_owned();
+        assert_eq!((planned.report.stop, planned.report.iterations), (stop, 0));
+        assert!(planned.report.exceeded.is_empty() && !planned.report.success);
+        assert!(measured(&planned.clip, joint, RatePart::Rotation).0 <= 1.0);
+        assert_eq!(planned.clip.poses()[0], rig.rest_pose());
+    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ use ikiru_rig::{Clip, JointId, Pose, Rate, RateLimit, RatePart, Rig};
 use ikiru_solve::objectives::Position;
 use ikiru_solve::{
     AdamOptions, Method, MotionProblem, MotionWorkspace, Objective, Part, Problem, Progress, Reads, Rows,
-    Search, Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, Watch, When, Workspace,
+    Search, Settle, Solver, SolverOptions, StopReason, Timeline, Unfit, Unit, View, Watch, When, Workspace,
 };
 use ikiru_testkit::rigs::random_rig;
 
@@ -128,6 +128,51 @@ fn a_flag_ends_a_plan_at_most_one_iteration_later_also_inside_limits_on_rates() 
             assert_eq!(exceeded.is_empty(), report.exceeded.is_empty(), "{case}");
         }
     }
+}
+
+#[test]
+fn who_cancels_hears_what_is_in_the_way_and_not_what_else_acts() {
+    let (mut n_told, mut n_others) = ([0; 2], [0; 2]);
+    for seed in 0..24 {
+        let rig = random_rig(10, seed);
+        let far = Position::new(tip(&rig), DVec3::splat(9.0));
+        let mut problem = Problem::whole_body(&rig);
+        problem.add(1.0, far);
+        let mut motion = MotionProblem::whole_body(&rig, Timeline::seconds(1.0, 10.0).unwrap());
+        motion.add(1.0, When::End, far).unwrap();
+        motion.fix_start(&rest(&rig)).unwrap();
+        let told = |most: usize, watch: &Watch| {
+            let options = SolverOptions {
+                max_iterations: most,
+                search: Search::Local,
+                settle: Settle::Fully,
+                ..SolverOptions::default()
+            };
+            let (solver, mut of_poses, mut of_motions) =
+                (Solver::new(options), Workspace::default(), MotionWorkspace::default());
+            of_poses.watch(watch.clone());
+            of_motions.watch(watch.clone());
+            let solved = solver.solve(&problem, &mut rest(&rig), &mut of_poses).into_owned();
+            let planned = solver.plan(&motion, &Clip::still(rest(&rig)), &mut of_motions).into_owned();
+            [solved, planned.report]
+        };
+        let most = 1;
+        let whole = told(most, &Watch::new());
+        for (idx, (cut, whole)) in told(100, &until(most).0).iter().zip(&whole).enumerate() {
+            if whole.stop == StopReason::Converged {
+                continue;
+            }
+            // The same pose or motion, told with and without.
+            assert_eq!((cut.stop, whole.stop), (StopReason::Cancelled, StopReason::IterationLimit));
+            assert_eq!((cut.iterations, cut.cost), (most, whole.cost));
+            let (in_the_way, others): (Vec<_>, Vec<_>) =
+                whole.forces.iter().copied().partition(|force| force.on.is_some());
+            assert_eq!(cut.forces[..], in_the_way[..]);
+            n_told[idx] += in_the_way.len();
+            n_others[idx] += others.len();
+        }
+    }
+    assert!(n_told.iter().chain(&n_others).all(|n| *n > 0), "{n_told:?}, {n_others:?}");
 }
 
 /// A point that takes its time to be laid out, and none to be evaluated.

@@ -9,13 +9,14 @@ use crate::report::here::Of;
 use crate::report::subject::Subject;
 
 /// Finds the forces on each term that is not met, the worst term first, at the sample at which it misses the most; then the
-/// limits and constraints that are in nobody's way, each at the sample at which it acts the strongest. The answer is what
-/// would help. It was evaluated last, and is linearized here.
+/// limits and constraints that are in nobody's way, each at the sample at which it acts the strongest, where these are asked for
+/// too. The answer is what would help. It was evaluated last, and is linearized here.
 pub(crate) fn explain(
     subject: &mut impl Subject,
     terms: &[TermReport],
     (explainer, unmet): (&mut Explainer, &mut Unmet),
     success: bool,
+    wants_others: bool,
 ) -> Option<Hint> {
     subject.linearize();
     let mut help = None;
@@ -41,6 +42,9 @@ pub(crate) fn explain(
             }
         }
         unmet.end(subject.coords());
+    }
+    if !wants_others {
+        return help;
     }
     let least = LEAST_WAY * subject.largest_curvature();
     for sample in 0..subject.n_samples() {
