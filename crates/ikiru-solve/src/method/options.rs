@@ -21,7 +21,8 @@ pub enum Method {
     /// limits in every iteration. It sees the points that objectives want at places
     /// ([`Objective::reach`](crate::Objective::reach)) and nothing else; the cost judges. A baseline.
     Fabrik,
-    /// A method from outside of this crate, of poses alone. Two of the same name are one.
+    /// A method from outside of this crate, of poses alone. Two of the same [`name`](PoseMethod::name) are equal. It is borrowed for
+    /// ever since options are `Copy`: a constant, a `static`, or what `Box::leak` gives.
     Outside(&'static dyn PoseMethod),
 }
 

@@ -59,6 +59,8 @@ pub trait PoseMethod: fmt::Debug + Sync {
     fn improve(&self, start: &mut Start<'_, '_>) -> bool;
 }
 
+/// Two of one [`name`](PoseMethod::name) are equal, whatever settings they have: names say which method it is, and nothing else
+/// of a method can be compared.
 impl PartialEq for dyn PoseMethod {
     fn eq(&self, other: &Self) -> bool {
         self.name() == other.name()
