@@ -99,6 +99,14 @@ pub enum UnfitReason {
     /// The loss of the term has a width that is none.
     #[error("has a Huber loss whose width is not finite and positive")]
     HuberWidth,
+    /// A target of a known rotation that it does not have.
+    #[error("has no target {idx} (counted from 0): it has {n_targets}")]
+    TargetIndex {
+        /// Which was asked for.
+        idx: usize,
+        /// How many there are.
+        n_targets: usize,
+    },
     /// A known rotation of a joint that does not move.
     #[error("gives an angle to a joint that does not move")]
     GivesToFixed,

@@ -38,11 +38,15 @@ impl KnownRotation {
         Self { joints: targets.iter().map(|t| t.0).collect(), angles: targets.iter().map(|t| t.1).collect() }
     }
 
-    /// Changes what the `idx`-th joint should do; out of range, nothing changes.
-    pub fn set(&mut self, idx: usize, angles: JointAngles) {
-        if let Some(slot) = self.angles.get_mut(idx) {
-            *slot = angles;
-        }
+    /// Changes what the `idx`-th joint should do, counted from 0 in the order of [`targets`](Self::targets).
+    ///
+    /// # Errors
+    /// [`UnfitReason::TargetIndex`] where there are not so many; nothing changes then.
+    pub fn set(&mut self, idx: usize, angles: JointAngles) -> Result<(), Unfit> {
+        let n_targets = self.angles.len();
+        let slot = self.angles.get_mut(idx).ok_or(UnfitReason::TargetIndex { idx, n_targets })?;
+        *slot = angles;
+        Ok(())
     }
 
     /// The joints, and what they should do.
@@ -156,6 +160,20 @@ pub(super) fn open_turn(target: DQuat, coords: &[f64], scale: f64, motion: usize
 mod tests {
     use super::*;
     use crate::front::check::check_on_whole_rigs;
+
+    #[test]
+    fn what_one_joint_should_do_changes_and_no_other_and_there_are_no_more_than_there_are() {
+        let joints = [0, 1].map(JointId::from_index);
+        let [one, two, three] = [1.0, 2.0, 3.0].map(JointAngles::Value);
+        let mut known = KnownRotation::new(&[(joints[0], one), (joints[1], two)]);
+        known.set(1, three).unwrap();
+        let wanted = [(joints[0], one), (joints[1], three)];
+        assert!(known.targets().eq(wanted));
+        let error = known.set(2, one).unwrap_err();
+        assert_eq!(error.reason, UnfitReason::TargetIndex { idx: 2, n_targets: 2 });
+        assert_eq!(error.to_string(), "has no target 2 (counted from 0): it has 2");
+        assert!(known.targets().eq(wanted));
+    }
 
     #[test]
     fn derivatives() {
