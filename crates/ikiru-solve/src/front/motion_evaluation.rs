@@ -16,7 +16,7 @@ use crate::report::subject::{MotionSubject, Subject};
 
 /// Where a row's derivative lies.
 #[derive(Clone, Copy, Debug)]
-enum Source {
+enum RowSource {
     /// A row of the step, and the root of the weight that scales it.
     Step(usize, f64),
     /// A row with a force, as it is.
@@ -58,7 +58,7 @@ pub struct MotionEvaluation {
     violation: f64,
     n_dofs: usize,
     rows: Vec<EvaluatedRow>,
-    sources: Vec<Source>,
+    sources: Vec<RowSource>,
     gradient: Vec<f64>,
     of_layout: Vec<f64>,
     dofs: Vec<usize>,
@@ -143,9 +143,9 @@ impl MotionEvaluation {
                     let weight = data.weight * data.loss.weight(sample.squares[idx]);
                     for row in 0..part.n_rows {
                         let source = match part.place {
-                            Place::Step => Source::Step(of_step + row, sample.weights[idx].sqrt()),
-                            Place::Guard { .. } => Source::Force(of_force + row),
-                            Place::Own { .. } => Source::Own { sample: i, term, part: idx, row },
+                            Place::Step => RowSource::Step(of_step + row, sample.weights[idx].sqrt()),
+                            Place::Guard { .. } => RowSource::Force(of_force + row),
+                            Place::Own { .. } => RowSource::Own { sample: i, term, part: idx, row },
                         };
                         if row < sample.n_open[idx] {
                             rows.push(EvaluatedRow {
@@ -227,11 +227,11 @@ impl MotionEvaluation {
             return;
         };
         let (rows, row, scale) = match *source {
-            Source::Step(row, root) if root > 0.0 => (&self.laid_out.state.rows, row, 1.0 / root),
+            RowSource::Step(row, root) if root > 0.0 => (&self.laid_out.state.rows, row, 1.0 / root),
             // A term of weight 0 has no say, and no derivative is kept of it.
-            Source::Step(..) => return,
-            Source::Force(row) => (&self.laid_out.state.guards.rows, row, 1.0),
-            Source::Own { sample: i, term, part, row } => {
+            RowSource::Step(..) => return,
+            RowSource::Force(row) => (&self.laid_out.state.guards.rows, row, 1.0),
+            RowSource::Own { sample: i, term, part, row } => {
                 let (state, layout) = (&self.laid_out.state.samples[i], &self.laid_out.layout);
                 let (t, part) = (&layout.terms[term], &layout.parts[part]);
                 for (k, dof) in self.dofs.iter().enumerate() {

@@ -26,7 +26,7 @@ const MOST_POINTS: usize = 3;
 pub(crate) struct RateBounds {
     n_samples: usize,
     is_given: Vec<bool>,
-    bounds: Vec<Bound>,
+    bounds: Vec<RateBound>,
     /// λ of each limit, interval and point.
     multipliers: Vec<f64>,
     new_multipliers: Vec<f64>,
@@ -40,7 +40,7 @@ pub(crate) struct RateBounds {
 
 /// One limit, where it bounds what moves.
 #[derive(Clone, Debug)]
-struct Bound {
+struct RateBound {
     limit: RateLimit,
     dofs: Range<usize>,
     /// The most, by steps instead of seconds.
@@ -73,7 +73,7 @@ fn by_samples([before, here, after]: [f64; 3]) -> [f64; 4] {
 }
 
 /// A limit at one point of one interval.
-struct Place {
+struct BoundPoint {
     multiplier: usize,
     interval: usize,
     /// By how much the differences before, here and after count.
@@ -93,7 +93,7 @@ impl RateBounds {
             let is_meant = |k: &usize| m.is_translation(*k) == (limit.part == RatePart::Translation);
             let (first, last) = ((0..m.n_dofs).find(is_meant)?, (0..m.n_dofs).rfind(is_meant)?);
             let most = limit.most * if limit.rate == Rate::Speed { step } else { step * step };
-            Some(Bound { limit: *limit, dofs: m.dof + first..m.dof + last + 1, most, part: 1.0 - MARGIN })
+            Some(RateBound { limit: *limit, dofs: m.dof + first..m.dof + last + 1, most, part: 1.0 - MARGIN })
         };
         self.bounds.clear();
         self.bounds.extend(motion.rate_limits().iter().filter_map(bound));
@@ -135,7 +135,7 @@ impl RateBounds {
     }
 
     /// Shows every point of every limit, for differences from sample to sample.
-    fn visit(&self, n: usize, first: &[f64], mut show: impl FnMut(&Bound, &Place)) {
+    fn visit(&self, n: usize, first: &[f64], mut show: impl FnMut(&RateBound, &BoundPoint)) {
         let n_intervals = self.n_samples.saturating_sub(1);
         for (idx, bound) in self.bounds.iter().enumerate() {
             for interval in 0..n_intervals {
@@ -156,14 +156,14 @@ impl RateBounds {
                     let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
                     let multiplier = (idx * self.n_samples + interval) * MOST_POINTS + point;
                     let most = bound.most * bound.part;
-                    show(bound, &Place { multiplier, interval, weights, x, length, most });
+                    show(bound, &BoundPoint { multiplier, interval, weights, x, length, most });
                 }
             }
         }
     }
 
     /// The push of a limit, 0 where it is kept with room to spare.
-    fn push(&self, place: &Place) -> f64 {
+    fn push(&self, place: &BoundPoint) -> f64 {
         (self.multipliers[place.multiplier] + self.penalty * (place.length / place.most - 1.0)).max(0.0)
     }
 

@@ -18,7 +18,7 @@ use crate::step::system::MOST_DIRECT_ROWS;
 
 /// A ball at one sample.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct BallAtSample {
     ball: usize,
     sample: usize,
     limits: TangentBox,
@@ -28,7 +28,7 @@ struct Place {
     held: [Option<f64>; 3],
 }
 
-impl Place {
+impl BallAtSample {
     fn along(&self, n: usize, balls: &[Ball], delta: &[f64]) -> [f64; 3] {
         let at = self.sample * n + balls[self.ball].dof;
         let turn = DVec3::from_slice(&delta[at..at + 3]);
@@ -53,7 +53,7 @@ pub(crate) struct Cones {
     /// The row of the layout that the rows of each ball are.
     row_of_ball: Vec<usize>,
     /// Sample by sample.
-    places: Vec<Place>,
+    places: Vec<BallAtSample>,
     /// Samples in the order in which their rows are taken in, as long as there is room for them: those at which
     /// something is wanted first.
     by_need: Vec<usize>,
@@ -114,7 +114,7 @@ impl Cones {
                 // One bound for both: with that of each axis, a motion of `tests/all/motion_cones.rs` ends too far above its optimum.
                 let most = blocked.bends.into_iter().fold(0.0, f64::max);
                 blocked.bends = [0.0, most, most];
-                self.places.push(Place { ball, sample, limits, blocked, held: [None; 3] });
+                self.places.push(BallAtSample { ball, sample, limits, blocked, held: [None; 3] });
             }
         }
     }

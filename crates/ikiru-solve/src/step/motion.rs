@@ -34,7 +34,7 @@ pub(crate) struct MotionStep {
     pub(crate) delta: Vec<f64>,
     /// The rows of the state, those of what acts, and those of cones; and what each of them is.
     rows: SampleRows,
-    sources: Vec<Source>,
+    sources: Vec<StepRow>,
     residual: Vec<f64>,
     y: Vec<f64>,
     /// Half the gradient beside those rows, less what guards press by.
@@ -45,7 +45,7 @@ pub(crate) struct MotionStep {
 
 /// What a row is that a step is solved over.
 #[derive(Clone, Copy, Debug)]
-enum Source {
+enum StepRow {
     State(usize),
     Guard(usize),
     Cone(HeldAxis),
@@ -211,7 +211,7 @@ impl MotionStep {
             while let Some(block) = blocks.next_if(|block| block.sample == sample) {
                 for row in block.first..block.first + block.n_rows {
                     rows.push_copy(&state.rows, row);
-                    sources.push(Source::State(row));
+                    sources.push(StepRow::State(row));
                 }
             }
             while let Some(block) = guards.next_if(|block| block.sample == sample) {
@@ -219,10 +219,10 @@ impl MotionStep {
                     (block.first..block.first + block.n_rows).filter(|row| self.guards.acting.acts(*row))
                 {
                     self.guards.push_to(&state.guards, row, rows);
-                    sources.push(Source::Guard(row));
+                    sources.push(StepRow::Guard(row));
                 }
             }
-            self.cones.push_to(sample, rows, |held| sources.push(Source::Cone(held)));
+            self.cones.push_to(sample, rows, |held| sources.push(StepRow::Cone(held)));
             let n_rows = rows.n_rows() - first;
             if n_rows > 0 {
                 rows.blocks.push(Block { sample, first, n_rows });
@@ -254,15 +254,15 @@ impl MotionStep {
         } else {
             self.residual.clear();
             self.residual.extend(self.sources.iter().map(|source| match source {
-                Source::State(row) => residual[*row],
-                Source::Guard(row) => self.guards.residual(&state.guards, *row),
-                Source::Cone(held) => held.residual,
+                StepRow::State(row) => residual[*row],
+                StepRow::Guard(row) => self.guards.residual(&state.guards, *row),
+                StepRow::Cone(held) => held.residual,
             }));
             (&self.rows, &self.residual[..])
         };
         self.system.solve(state, &self.beside, rows, &self.open, damping, residual, &mut self.delta);
         for (source, multiplier) in self.sources.iter().zip(&self.system.y).filter(|_| !is_plain) {
-            if let Source::Guard(row) = source {
+            if let StepRow::Guard(row) = source {
                 self.guards.set_force(&state.guards, *row, *multiplier);
             }
         }
@@ -276,7 +276,7 @@ impl MotionStep {
         }
         if !self.is_plain(state) {
             for (source, multiplier) in self.sources.iter().zip(&self.system.y) {
-                if let Source::Cone(held) = source {
+                if let StepRow::Cone(held) = source {
                     changed |= self.cones.let_go(*held, *multiplier);
                 }
             }
