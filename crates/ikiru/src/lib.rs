@@ -32,7 +32,9 @@
 //! # Every frame
 //!
 //! Keep problem, pose and workspace, and change the target through the typed id that [`Problem::add`] gave. Starting
-//! from the last pose, a frame takes microseconds, and nothing is allocated. [`SolverOptions::max_time`] bounds it.
+//! from the last pose, a frame takes microseconds, and nothing is allocated. [`SolverOptions::max_time`] bounds it. A frame ends
+//! once all that is mandatory is well within its tolerance: [`Settle::Tolerances`], which turns joints less from frame to frame
+//! than going on to the last digit would, [`Settle::Fully`].
 //!
 //! ```
 //! use ikiru::{DVec3, Position, Problem, Solver, formats};
@@ -186,11 +188,11 @@ pub use ikiru_rig::{
 pub use ikiru_scenario::Scenario;
 pub use ikiru_solve::objectives::*;
 pub use ikiru_solve::{
-    AdamOptions, EvaluatedRow, Evaluation, Force, ForceBy, Hint, Invalid, LimitKind, Loss, Method,
-    MotionEvaluation, MotionProblem, MotionWorkspace, Objective, Part, PartReport, PlannedMotion, PoseMethod,
-    Problem, Progress, Reads, Report, Residual, Rows, Search, Sense, Settle, Solver, SolverOptions, Start,
-    StopReason, TargetPath, TermId, TermReport, TermTimes, TermWarning, Timeline, Tolerance, Unfit,
-    UnfitReason, Unit, View, Watch, When, Workspace,
+    AdamOptions, EvaluatedRow, Evaluation, Force, ForceBy, Hint, Invalid, InvalidOptions, InvalidPose,
+    InvalidTerm, LimitKind, Loss, Method, MotionError, MotionEvaluation, MotionProblem, MotionWorkspace,
+    Objective, Part, PartReport, PlannedMotion, PoseMethod, Problem, Progress, Reads, Report, Residual, Rows,
+    Search, Sense, Settle, Solver, SolverOptions, Start, StopReason, TargetPath, Term, TermId, TermReport,
+    TermTimes, TermWarning, Timeline, Tolerance, Unfit, UnfitReason, Unit, View, Watch, When, Workspace,
 };
 
 /// The program in the project's README, compiled and run as a test.
