@@ -45,6 +45,16 @@ impl Course {
         rig: &Rig,
         pose: impl Fn(f64) -> Result<Pose, Error>,
     ) -> Result<Self, Error> {
+        let refused = |reason: String| Err(Error::Course { reason });
+        if !source.rate_hz.is_finite() || source.rate_hz <= 0.0 {
+            return refused(format!(
+                "{}: a rate of {} frames a second, where a finite number above 0 is expected",
+                source.name, source.rate_hz
+            ));
+        }
+        if source.targets.is_empty() {
+            return refused(format!("{}: no joint is led, where at least one is expected", source.name));
+        }
         let poses: Vec<Pose> =
             (0..source.n_frames.max(1)).map(|n| pose(n as f64 / source.rate_hz)).collect::<Result<_, _>>()?;
         let frames_of = |pose: &Pose| {
@@ -76,7 +86,8 @@ impl Course {
         for (number, frame) in self.frames.iter_mut().enumerate() {
             let second = number as f64 / self.rate_hz;
             if second.floor() % 2.0 == 1.0 {
-                let root = frame[0].position;
+                // Targets are a field that anybody may empty.
+                let Some(root) = frame.first().map(|first| first.position) else { continue };
                 self.can_be_met[number] = false;
                 frame.iter_mut().for_each(|to| to.position = root + AWAY * (to.position - root));
             }
@@ -99,4 +110,31 @@ pub(super) fn largest_turn(rig: &Rig, from: &Pose, to: &Pose) -> Result<f64, Err
         }
     };
     Ok(rig.ids().map(turn).fold(0.0, f64::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_course_without_targets_or_with_a_rate_that_is_none_is_refused() {
+        let rig = ikiru_formats::read("builtin:panda").unwrap().rig;
+        let joint = JointId::from_index(rig.n_joints() - 1);
+        let course = |rate_hz: f64, targets: &[(JointId, bool)]| {
+            let (targets, rest) = (targets.to_vec(), rig.rest_pose());
+            let source = Source { name: "arm".to_owned(), rate_hz, n_frames: 3, targets, rest };
+            Course::new(&source, &rig, |_| Ok(rig.rest_pose()))
+        };
+        assert_eq!(course(2.0, &[(joint, true)]).unwrap().away().can_be_met, [true, true, false]);
+        for (rate_hz, targets, why) in [
+            (2.0, &[][..], "arm: no joint is led"),
+            (0.0, &[(joint, true)], "arm: a rate of 0 frames a second"),
+            (-30.0, &[(joint, true)], "arm: a rate of -30"),
+            (f64::NAN, &[(joint, true)], "arm: a rate of NaN"),
+            (f64::INFINITY, &[(joint, true)], "arm: a rate of inf"),
+        ] {
+            let error = course(rate_hz, targets).unwrap_err();
+            assert!(matches!(error, Error::Course { .. }) && error.to_string().contains(why), "{error}");
+        }
+    }
 }
