@@ -17,6 +17,7 @@ mod tree;
 
 pub(crate) use crate::objective::places::{JointRead, PartLayout, Place, Run, TermLayout};
 pub(crate) use paths::Paths;
+use paths::work_over_rows;
 pub(crate) use signature::Signature;
 use tree::depth_first;
 
@@ -490,11 +491,6 @@ impl Layout {
                 .copy_from_slice(&coords[m.coord..m.coord + m.n_coords]);
         }
     }
-}
-
-/// About how many multiplications a step takes over rows: the matrix, its factor.
-fn work_over_rows(n_rows: usize, spans: &[Span]) -> usize {
-    spans.iter().map(|span| span.len * span.len / 2).sum::<usize>() + n_rows.pow(3) / 6
 }
 
 /// A rig has at most 100,000 joints of at most 6 degrees of freedom, so that this never saturates.

@@ -80,6 +80,11 @@ impl Paths {
     }
 }
 
+/// About how many multiplications a step takes over rows: the matrix, its factor.
+pub(crate) fn work_over_rows(n_rows: usize, spans: &[Span]) -> usize {
+    spans.iter().map(|span| span.len * span.len / 2).sum::<usize>() + n_rows.pow(3) / 6
+}
+
 /// The highest bit that is set.
 fn last_bit(words: &[u64]) -> Option<usize> {
     let word = words.iter().rposition(|word| *word != 0)?;
