@@ -16,8 +16,8 @@ mod signature;
 mod tree;
 
 pub(crate) use crate::objective::places::{JointRead, PartLayout, Place, Run, TermLayout};
-pub(crate) use paths::Paths;
 use paths::work_over_rows;
+pub(crate) use paths::{Paths, Span};
 pub(crate) use signature::Signature;
 use tree::depth_first;
 
@@ -112,14 +112,6 @@ pub(crate) struct Layout {
     /// The most earlier samples that a term reads.
     pub(crate) n_earlier: usize,
     pub(crate) signature: Signature,
-}
-
-/// Rows `first..first + len` of a degree of freedom, stored from `start` on.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Span {
-    pub(crate) first: usize,
-    pub(crate) len: usize,
-    pub(crate) start: usize,
 }
 
 impl Layout {

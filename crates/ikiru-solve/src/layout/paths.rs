@@ -7,7 +7,13 @@
 //! (Rows that do without some of that path are filled up to it, with zeros: then a row begins as that of the one above does, and
 //! all that is done with rows runs over neighbours in memory.)
 
-use crate::layout::Span;
+/// Rows `first..first + len` of a degree of freedom, stored from `start` on.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Span {
+    pub(crate) first: usize,
+    pub(crate) len: usize,
+    pub(crate) start: usize,
+}
 
 /// The paths of all degrees of freedom, each from the root to the one above.
 #[derive(Clone, Debug, Default)]
