@@ -158,7 +158,7 @@
 //! | `scenario` | [`scenario`]: scenario files; with `formats` | yes |
 //! | `builtin` | the rigs and scenarios that come with the library, such as `builtin:human`; with `formats` | yes |
 //! | `serde` | `Serialize` for [`Pose`], [`Clip`] and [`Report`], and data to read the first two back from ([`rig::PoseData`]) | no |
-//! | `ipopt` | the method [`ipopt::IPOPT`], through the system's Ipopt | no |
+//! | `ipopt` | the method `ipopt::IPOPT`, through the system's Ipopt | no |
 //!
 //! Without any, rigs are built by [`RigBuilder`], and nothing is compiled but what solves.
 //!
