@@ -5,7 +5,7 @@
 use ikiru_ipopt::IPOPT;
 use ikiru_rig::JointId;
 use ikiru_solve::objectives::{Position, RestPose};
-use ikiru_solve::{Method, Problem, Solver, SolverOptions};
+use ikiru_solve::{Method, Problem, Settle, Solver, SolverOptions};
 use ikiru_testkit::cones::without_centres;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
 
@@ -25,7 +25,8 @@ fn missed(n_cases: u64, has_centres: bool, pull: f64) -> (usize, usize) {
         problem.add(pull, RestPose::new(&joints, rig.rest_pose()));
         let mut pose = random_pose(&rig, &mut random);
         let mut solve = |method| {
-            let solver = Solver::new(SolverOptions { method, ..SolverOptions::default() });
+            let solver =
+                Solver::new(SolverOptions { method, settle: Settle::Fully, ..SolverOptions::default() });
             let mut workspace = solver.workspace(&problem);
             let report = solver.solve(&problem, &mut pose, &mut workspace);
             let (cost, iterations) = (report.cost, report.iterations);

@@ -8,10 +8,13 @@ use glam::DVec3;
 use ikiru_ipopt::IPOPT;
 use ikiru_rig::{Cone, Joint, JointId, JointMotion, Pose, Range, Rig, RigBuilder};
 use ikiru_solve::objectives::{Bound, Distance, PoseTarget, Position, RestPose};
-use ikiru_solve::{Invalid, Loss, Problem, Search, Solver, SolverOptions, StopReason};
+use ikiru_solve::{Invalid, Loss, Method, Problem, Search, Solver, SolverOptions, StopReason};
 use ikiru_testkit::cones::{largest_cone_excess, without_centres};
 use ikiru_testkit::reference::world_matrices;
 use ikiru_testkit::rigs::{Random, random_pose, random_rig};
+
+/// lm to the last digit, for minima.
+const LM: SolverOptions = SolverOptions { method: Method::Lm, ..PEER };
 
 const PEER: SolverOptions = SolverOptions {
     method: IPOPT,
@@ -66,7 +69,7 @@ fn the_minimum_is_that_of_lm() {
         let target = rig.rest_pose().frame(hand).unwrap().position + random.vector(0.15);
         let problem = pulled(&rig, hand, target, 0.5);
         let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
-        let lm = solve(SolverOptions::default(), &problem, &mut a).0;
+        let lm = solve(LM, &problem, &mut a).0;
         let (ipopt, stop, _) = solve(PEER, &problem, &mut b);
         assert!(b.limit_violation() < 1e-9);
         assert_ne!(stop, StopReason::IterationLimit);
@@ -87,14 +90,14 @@ fn about_other_centres_the_minimum_is_one_for_lm_too() {
         let target = rig.rest_pose().frame(hand).unwrap().position + random.vector(0.15);
         let problem = pulled(&rig, hand, target, 0.5);
         let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
-        let lm = solve(SolverOptions::default(), &problem, &mut a).0;
+        let lm = solve(LM, &problem, &mut a).0;
         let (ipopt, stop, _) = solve(PEER, &problem, &mut b);
         assert!(b.limit_violation() < 1e-9 && largest_cone_excess(&b) < 1e-9);
         assert_ne!(stop, StopReason::IterationLimit);
         // The pull begins at corners of cones, from where another minimum may be nearer.
         let far = lm.max(1e-9);
         assert!((ipopt - lm) / far < 1e-6, "case {case}: {ipopt}, lm {lm}");
-        let further = solve(SolverOptions::default(), &problem, &mut b).0;
+        let further = solve(LM, &problem, &mut b).0;
         assert!(further > ipopt - 1e-6 * far, "case {case}: {ipopt}, from there {further}");
     }
 }
@@ -130,7 +133,7 @@ fn a_cone_stops_what_is_out_of_reach_as_it_stops_lm() {
     for target in [DVec3::new(-0.5, 0.4, 0.2), DVec3::new(0.0, -1.0, 0.3), DVec3::new(2.0, 0.5, 0.0)] {
         let problem = pulled(&rig, hand, target, 1e-3);
         let (mut a, mut b) = (rig.rest_pose(), rig.rest_pose());
-        let lm = solve(SolverOptions::default(), &problem, &mut a).0;
+        let lm = solve(LM, &problem, &mut a).0;
         let (ipopt, stop, _) = solve(PEER, &problem, &mut b);
         assert_eq!(stop, StopReason::Converged, "{target}");
         assert!((ipopt - lm).abs() < 1e-6 * lm, "{target}: {ipopt}, lm {lm}");
@@ -149,7 +152,7 @@ fn hard_rows_are_its_own_constraints() {
     problem.add_hard(Distance::new([JointId::from_index(0), elbow], Bound::AtMost(0.56)));
     problem.add_hard(Distance::new([JointId::from_index(1), hand], Bound::AtLeast(0.1)));
     problem.add(0.1, Distance::new([elbow, hand], Bound::AtLeast(0.4)));
-    let found = [SolverOptions::default(), PEER].map(|options| {
+    let found = [LM, PEER].map(|options| {
         let mut pose = rig.rest_pose();
         let found = hard_cases::solve(options, &problem, &mut pose);
         let place = |joint: usize| world_matrices(&pose)[joint].w_axis.truncate();
