@@ -4,15 +4,13 @@
 //! row of `L` has entries for the path above alone, in the same places as the rows above.
 
 use crate::algebra::cholesky::{NotPositiveDefinite, dot, sound};
-use crate::algebra::rows::{Columns, OpenStep, StepSystem, SystemMemory};
-use crate::layout::{Layout, Paths, Span};
+use crate::algebra::rows::{Columns, OpenStep, SpanColumns, StepSystem, SystemMemory};
+use crate::layout::{Layout, Paths};
 
-/// A column is the span of rows that its degree of freedom can move; the memory's matrix has the rows of `JᵀJ` one
-/// behind the other.
+/// The memory's matrix has the rows of `JᵀJ` one behind the other.
 pub(crate) struct Branched<'a> {
     paths: &'a Paths,
-    spans: &'a [Span],
-    jacobian: &'a [f64],
+    columns: SpanColumns<'a>,
     memory: &'a mut SystemMemory,
 }
 
@@ -23,13 +21,7 @@ impl<'a> Branched<'a> {
         jacobian: &'a [f64],
         memory: &'a mut SystemMemory,
     ) -> Self {
-        Self { paths, spans: &layout.spans, jacobian, memory }
-    }
-
-    #[inline(always)]
-    fn column(&self, k: usize) -> (usize, &'a [f64]) {
-        let span = self.spans[k];
-        (span.first, &self.jacobian[span.start..span.start + span.len])
+        Self { paths, columns: SpanColumns::new(layout, jacobian), memory }
     }
 
     /// `x := H⁻¹ x`, as it was factored; what is closed is to be 0.
@@ -53,16 +45,12 @@ impl<'a> Branched<'a> {
 impl Columns for Branched<'_> {
     #[inline]
     fn dot(&self, k: usize, v: &[f64]) -> f64 {
-        let (first, column) = self.column(k);
-        dot(column, &v[first..first + column.len()])
+        self.columns.dot(k, v)
     }
 
     #[inline]
     fn add_column(&self, k: usize, factor: f64, v: &mut [f64]) {
-        let (first, column) = self.column(k);
-        for (v, j) in v[first..].iter_mut().zip(column) {
-            *v += factor * j;
-        }
+        self.columns.add_column(k, factor, v);
     }
 }
 
@@ -72,16 +60,15 @@ impl StepSystem for Branched<'_> {
 
     fn begin(&mut self) {
         for k in 0..self.paths.n() {
-            let (first, column) = self.column(k);
+            let (first, column) = self.columns.column(k);
             let row = &mut self.memory.matrix[self.paths.row(k)];
             for (entry, i) in row.iter_mut().zip(self.paths.above(k)) {
-                let span = self.spans[*i as usize];
+                let (other_first, other) = self.columns.column(*i as usize);
                 // Only the rows that both can move: mostly all of the lower one's.
-                let from = first.max(span.first);
-                let to = (first + column.len()).min(span.first + span.len);
+                let from = first.max(other_first);
+                let to = (first + column.len()).min(other_first + other.len());
                 *entry = if from < to {
-                    let other = &self.jacobian[span.start + from - span.first..span.start + to - span.first];
-                    dot(&column[from - first..to - first], other)
+                    dot(&column[from - first..to - first], &other[from - other_first..to - other_first])
                 } else {
                     0.0
                 };
@@ -177,6 +164,7 @@ impl StepSystem for Branched<'_> {
 mod tests {
     use super::*;
     use crate::algebra::rows::Sparse;
+    use crate::layout::Span;
     use ikiru_testkit::rigs::Random;
 
     /// Spans of any length at any place, empty ones among them.

@@ -298,31 +298,31 @@ impl SystemMemory {
     }
 }
 
-/// Any number of rows; a column is the span of rows that its degree of freedom can move.
-pub(crate) struct Sparse<'a> {
-    n_rows: usize,
+/// Columns of any length: each is the span of rows that its degree of freedom can move.
+#[derive(Clone, Copy)]
+pub(crate) struct SpanColumns<'a> {
     spans: &'a [Span],
     jacobian: &'a [f64],
-    memory: &'a mut SystemMemory,
 }
 
-impl<'a> Sparse<'a> {
-    pub(crate) fn new(layout: &'a Layout, jacobian: &'a [f64], memory: &'a mut SystemMemory) -> Self {
-        Self { n_rows: layout.n_rows, spans: &layout.spans, jacobian, memory }
+impl<'a> SpanColumns<'a> {
+    pub(crate) fn new(layout: &'a Layout, jacobian: &'a [f64]) -> Self {
+        Self { spans: &layout.spans, jacobian }
     }
 
+    /// The first row of a column, and its entries.
     #[inline(always)]
-    fn column(&self, k: usize) -> (usize, &'a [f64]) {
+    pub(crate) fn column(&self, k: usize) -> (usize, &'a [f64]) {
         let span = self.spans[k];
         (span.first, &self.jacobian[span.start..span.start + span.len])
     }
 }
 
-impl Columns for Sparse<'_> {
+impl Columns for SpanColumns<'_> {
     #[inline]
     fn dot(&self, k: usize, v: &[f64]) -> f64 {
         let (first, column) = self.column(k);
-        column.iter().zip(&v[first..]).map(|(a, b)| a * b).sum()
+        cholesky::dot(column, &v[first..first + column.len()])
     }
 
     #[inline]
@@ -331,6 +331,31 @@ impl Columns for Sparse<'_> {
         for (v, j) in v[first..].iter_mut().zip(column) {
             *v += factor * j;
         }
+    }
+}
+
+/// Any number of rows.
+pub(crate) struct Sparse<'a> {
+    n_rows: usize,
+    columns: SpanColumns<'a>,
+    memory: &'a mut SystemMemory,
+}
+
+impl<'a> Sparse<'a> {
+    pub(crate) fn new(layout: &'a Layout, jacobian: &'a [f64], memory: &'a mut SystemMemory) -> Self {
+        Self { n_rows: layout.n_rows, columns: SpanColumns::new(layout, jacobian), memory }
+    }
+}
+
+impl Columns for Sparse<'_> {
+    #[inline]
+    fn dot(&self, k: usize, v: &[f64]) -> f64 {
+        self.columns.dot(k, v)
+    }
+
+    #[inline]
+    fn add_column(&self, k: usize, factor: f64, v: &mut [f64]) {
+        self.columns.add_column(k, factor, v);
     }
 }
 
@@ -343,7 +368,7 @@ impl RowSystem for Sparse<'_> {
     }
 
     fn add_outer(&mut self, k: usize, factor: f64) {
-        let (first, column) = self.column(k);
+        let (first, column) = self.columns.column(k);
         for i in 0..column.len() {
             let f = factor * column[i];
             let at = (first + i) * self.n_rows + first;

@@ -1,6 +1,6 @@
 //! What a report is about: a pose, or a motion. A motion has many samples, a pose is one.
 
-use crate::layout::{Layout, Span};
+use crate::layout::Layout;
 use crate::problem::motion::MotionProblem;
 use crate::problem::sample_terms::SampleTerms;
 use crate::problem::{Problem, Terms};
@@ -102,7 +102,7 @@ impl<'a> Subject for PoseSubject<'a> {
     }
 
     fn largest_curvature(&self) -> f64 {
-        largest_curvature(self.layout, self.state)
+        self.state.largest_curvature(self.layout)
     }
 
     fn n_samples(&self) -> usize {
@@ -175,7 +175,7 @@ impl<'a> Subject for MotionSubject<'a> {
     }
 
     fn largest_curvature(&self) -> f64 {
-        let of_terms = self.state.samples.iter().map(|sample| largest_curvature(self.layout, sample));
+        let of_terms = self.state.samples.iter().map(|sample| sample.largest_curvature(self.layout));
         let smooth = |weights: &[f64; 3]| weights.iter().zip(CURVATURES).map(|(w, c)| w * c).sum();
         of_terms.chain(self.state.smoothness.weights.iter().map(smooth)).fold(0.0, f64::max)
     }
@@ -208,13 +208,4 @@ impl<'a> Subject for MotionSubject<'a> {
             secs: Some(motion.timeline().time(sample)),
         }
     }
-}
-
-/// The largest curvature of the terms of one sample along one degree of freedom.
-pub(crate) fn largest_curvature(layout: &Layout, state: &State) -> f64 {
-    let of = |(k, span): (usize, &Span)| {
-        let column = &state.jacobian[span.start..span.start + span.len];
-        column.iter().map(|c| c * c).sum::<f64>() + if layout.has_own { state.own_curvature[k] } else { 0.0 }
-    };
-    layout.spans.iter().enumerate().map(of).fold(0.0, f64::max)
 }

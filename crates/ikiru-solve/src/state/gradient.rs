@@ -1,4 +1,4 @@
-//! The gradient of the cost, as of a linearization.
+//! The gradient of the cost and its largest curvature, as of a linearization.
 
 use crate::layout::{Layout, Place};
 use crate::state::State;
@@ -27,5 +27,18 @@ pub(crate) fn whole_gradient(layout: &Layout, state: &State, hard: f64, gradient
                 }
             }
         }
+    }
+}
+
+impl State {
+    /// The largest curvature of the cost along one degree of freedom, guards aside, as of a linearization.
+    #[inline(always)]
+    pub(crate) fn largest_curvature(&self, layout: &Layout) -> f64 {
+        let mut largest = 0.0_f64;
+        for (k, span) in layout.spans.iter().enumerate() {
+            let column = &self.jacobian[span.start..span.start + span.len];
+            largest = largest.max(self.own_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
+        }
+        largest
     }
 }

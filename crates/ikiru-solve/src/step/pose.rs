@@ -209,11 +209,7 @@ impl StepSolver {
     /// The largest squared length of a column, by which damping is measured, and how large the forces of guards may be.
     #[inline(always)]
     pub(crate) fn scale(&mut self, layout: &Layout, state: &State) -> f64 {
-        let mut largest = 0.0_f64;
-        for (k, span) in layout.spans.iter().enumerate() {
-            let column = &state.jacobian[span.start..span.start + span.len];
-            largest = largest.max(state.own_curvature[k] + column.iter().map(|a| a * a).sum::<f64>());
-        }
+        let mut largest = state.largest_curvature(layout);
         if largest == 0.0 {
             // Nothing but guards: any base will do that is of their size.
             largest = state.guard_jacobian.iter().map(|a| a * a).fold(0.0, f64::max);

@@ -267,7 +267,7 @@ mod tests {
     use super::*;
     use crate::objectives::{Bound, Distance, JointAngles, KnownRotation, PoseTarget, Position, RestPose};
     use crate::report::here::Of;
-    use crate::report::subject::{PoseSubject, Subject, largest_curvature};
+    use crate::report::subject::{PoseSubject, Subject};
     use crate::state::gradient::whole_gradient;
     use crate::{Problem, Settle, Solver, SolverOptions, StopReason};
 
@@ -334,7 +334,7 @@ mod tests {
             // on which limits and constraints hold.
             assert!(explainer.balance.has_signs(), "case {case}: {:?}", explainer.balance);
             let rest = dot(&explainer.balance.rest, &explainer.balance.rest).sqrt();
-            if rest > 1e-4 * (size + largest_curvature(layout, state)) {
+            if rest > 1e-4 * (size + state.largest_curvature(layout)) {
                 let from = state.coords.clone();
                 let way: Vec<f64> = explainer.balance.rest.iter().map(|r| -1e-6 * r / rest).collect();
                 let (cost, missed) = (state.evaluate(layout, &problem), state.violation);
