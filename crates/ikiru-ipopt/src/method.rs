@@ -354,9 +354,13 @@ mod tests {
         problem.add(1.0, PoseTarget::new(joint, random.vector(0.5), random.rotation()));
         let joints: Vec<JointId> = problem.active().collect();
         problem.add(0.1, RestPose::new(&joints, rig.rest_pose()));
-        problem.add_hard(PoseTarget::new(joint, random.vector(0.5), random.rotation()));
+        // Without constraints, what was evaluated last and where the charts are may differ.
+        let is_hard = case % 4 > 0;
+        if is_hard {
+            problem.add_hard(PoseTarget::new(joint, random.vector(0.5), random.rotation()));
+        }
         let other = JointId::from_index(random.below(rig.n_joints()));
-        if other != joint {
+        if is_hard && other != joint {
             problem.add_hard(Distance::new([other, joint], Bound::AtLeast(0.2)));
             // A wish that wants to be at least something stays in the cost.
             problem.add(0.3, Distance::new([other, joint], Bound::AtLeast(1.0)));
@@ -371,7 +375,7 @@ mod tests {
         evaluation.values_at(&problem, &pose).unwrap();
         let constant = |row: &&ikiru_solve::EvaluatedRow| row.weight.is_none() && !row.is_constant;
         let n_hard = evaluation.rows().iter().filter(constant).count();
-        assert!(n_hard >= if moves(joint, None) { 6 } else { 0 }, "case {case}");
+        assert!(n_hard >= if is_hard && moves(joint, None) { 6 } else { 0 }, "case {case}");
         let method: &'static Check = Box::leak(Box::new(Check { case, n_hard, found: Mutex::new((0, 0)) }));
         let solver =
             Solver::new(SolverOptions { method: Method::Outside(method), ..SolverOptions::default() });

@@ -106,8 +106,8 @@ pub enum Settle {
     /// As frames want it, each solved from the one before: a solve ends with the first step after which every mandatory term is within
     /// 0.3 of its tolerance and the step did what it promised, or within 0.1 of it in any case; or where steps in a row gain next to
     /// nothing, neither in all nor for a term that is unmet, since what is wanted cannot be met. At least one step is taken, and
-    /// constraints are held as far as their tolerances ask. Forces and shares are then those of a pose near the best one. What mandatory terms leave open moves towards its optimum from frame to frame. A
-    /// problem without mandatory terms is solved fully.
+    /// constraints are held as far as their tolerances ask. Forces and shares are then those of a pose near the best one. What
+    /// mandatory terms leave open moves towards its optimum from frame to frame. A problem without mandatory terms is solved fully.
     #[default]
     Tolerances,
     /// Until no step gains anything: to the last digit, with everything at its optimum. Frame by frame that takes ten times as
